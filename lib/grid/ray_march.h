@@ -71,10 +71,12 @@ void marchRay(const Topology& topology, const Vec3d& p, const Vec3d& d, double t
     for (int a = 0; a < 3; ++a)
       t_next[a] = d[a] != 0 ? (voxel[a] + (d[a] > 0 ? 0.5 : -0.5) - p[a]) * inverse[a] : kInfinity;
     while (true) {
-      const int axis = t_next[0] < t_next[1] ? (t_next[0] < t_next[2] ? 0 : 2) : (t_next[1] < t_next[2] ? 1 : 2);
+      const int axis =
+          t_next[0] < t_next[1] ? (t_next[0] < t_next[2] ? 0 : 2) : (t_next[1] < t_next[2] ? 1 : 2);
       const double t_exit = std::min(t_next[axis], t_max);
       if (t_exit > t) {
-        if (!visit(static_cast<size_t>(block), voxelOffset(voxel[0] & 7, voxel[1] & 7, voxel[2] & 7), t, t_exit))
+        if (!visit(static_cast<size_t>(block), voxelOffset(voxel[0] & 7, voxel[1] & 7, voxel[2] & 7), t,
+                   t_exit))
           return;
         t = t_exit;
       }

@@ -10,7 +10,9 @@ namespace vdb_diffuse {
 namespace {
 
 /// Signed coordinates in an order that unsigned comparison keeps.
-uint32_t biased(int32_t v) { return static_cast<uint32_t>(v) ^ 0x80000000u; }
+uint32_t biased(int32_t v) {
+  return static_cast<uint32_t>(v) ^ 0x80000000u;
+}
 
 /// Morton order without building codes: the axis whose highest differing bit is highest decides.
 bool mortonLess(const Coord& a, const Coord& b) {
@@ -99,7 +101,8 @@ int32_t Topology::find(const Coord& origin) const {
     if (origin[a] < lowest_[a] || origin[a] > highest_[a]) return kNoBlock;
   size_t slot = hashSlot(origin);
   if (dense_) return table_[slot];
-  while (table_[slot] != kNoBlock && origins_[table_[slot]] != origin) slot = (slot + 1) & (table_.size() - 1);
+  while (table_[slot] != kNoBlock && origins_[table_[slot]] != origin)
+    slot = (slot + 1) & (table_.size() - 1);
   return table_[slot];
 }
 

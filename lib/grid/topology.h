@@ -22,12 +22,18 @@ constexpr int32_t kNoBlock = -1;
 
 using BlockMask = openvdb::util::NodeMask<3>;
 
-inline int voxelOffset(int x, int y, int z) { return (x << 6) | (y << 3) | z; }
-inline Coord voxelLocal(int n) { return Coord(n >> 6, (n >> 3) & 7, n & 7); }
-inline Coord blockOriginOf(const Coord& p_index) { return p_index & ~(kBlockWidth - 1); }
+inline int voxelOffset(int x, int y, int z) {
+  return (x << 6) | (y << 3) | z;
+}
+inline Coord voxelLocal(int n) {
+  return Coord(n >> 6, (n >> 3) & 7, n & 7);
+}
+inline Coord blockOriginOf(const Coord& p_index) {
+  return p_index & ~(kBlockWidth - 1);
+}
 
-/// Which voxels are active: the leaves of a VDB, frozen into flat arrays. Blocks stand in Morton order, so the
-/// order depends on the coordinates alone, neighbours in space are near in memory, and a coarse block's
+/// Which voxels are active: the leaves of a VDB, frozen into flat arrays. Blocks stand in Morton order, so
+/// the order depends on the coordinates alone, neighbours in space are near in memory, and a coarse block's
 /// children are consecutive.
 class Topology {
  public:

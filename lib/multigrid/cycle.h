@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "multigrid/smoother.h"
+#include "multigrid/transfer.h"
+
+namespace vdb_diffuse {
+
+struct CycleSettings {
+  int sweeps = 1;                ///< Gauss-Seidel sweeps in each block before and after the coarse correction
+  size_t direct_unknowns = 400;  ///< a level with at most so many active voxels is solved directly
+  int coarsest_sweeps = 20;      ///< on the last level, where it is too large for that
+};
+
+/// A geometric multigrid hierarchy over the blocks of a sparse grid; one symmetric V-cycle of it is the
+/// preconditioner. Trottenberg, Oosterlee and Schueller (2001), sections 2.4 and 7.8.
+class Multigrid {
+ public:
+  explicit Multigrid(Operator finest, const CycleSettings& settings = {});
+  ~Multigrid();
+  Multigrid(Multigrid&&) noexcept;
+
+  const Operator& finest() const { return levels_.front().A; }
+  /// z = V(r), one V-cycle for A z = r from z = 0.
+  void precondition(const Field<float>& r, Field<float>& z);
+  size_t levelCount() const { return levels_.size(); }
+  const Operator& level(size_t l) const { return levels_[l].A; }
+  size_t bytes() const;
+
+ private:
+  struct Level {
+    Operator A;
+    Smoother smoother;
+    Transfer to_coarse;
+    Field<float> x, b;  // not on the finest level, whose caller brings them
+  };
+  struct DirectSolver;
+
+  CycleSettings settings_;
+  std::vector<Level> levels_;
+  std::unique_ptr<DirectSolver> direct_;
+
+  void cycle(size_t l, const Field<float>& b, Field<float>& x);
+};
+
+}  // namespace vdb_diffuse

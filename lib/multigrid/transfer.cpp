@@ -1,0 +1,244 @@
+#include "multigrid/transfer.h"
+
+#include "multigrid/block_kernel.h"
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr float kTwiceAsFar =
+    0.5f;                   // coarse neighbours lie two voxels apart: half the conductance of each path
+constexpr int kSpill = 96;  // 6 faces of 4 x 4 coarse voxels
+
+Coord octantOf(const Coord& fine_origin) {
+  return Coord((fine_origin[0] >> 1) & 4, (fine_origin[1] >> 1) & 4, (fine_origin[2] >> 1) & 4);
+}
+
+/// The weights of a row of eight voxels: the parent, and the coarse voxels across the outer faces along x, y,
+/// z.
+struct RowWeights {
+  Row parent, x, y, z;
+};
+
+// A quarter for each of three outer faces out of six equal ones is 1.5 times its share.
+constexpr float kLinear = 1.5f;
+// A voxel keeps at least this much of its own parent, or the parent's other children would not feel it.
+constexpr float kParentAtLeast = 0.25f;
+
+VDB_DIFFUSE_INLINE RowWeights rowWeights(const BlockFaces& g, int x, int y) {
+  constexpr RowMask kOdd = {0, -1, 0, -1, 0, -1, 0, -1};
+  const Row gx = loadRow(g.x[x + (x & 1)][y]), gy = loadRow(g.y[x][y + (y & 1)]);
+  const Row gz = kOdd ? loadRow(g.z[x][y] + 1) : loadRow(g.z[x][y]);
+  const Row outer = gx + gy + gz, sum = rowOfConductance(g, x, y);
+  // kLinear / sum, but so small that the outer weights together leave the parent its part; 0 / 0 is no
+  // weight.
+  const Row at_most = (1 - kParentAtLeast) * sum, wanted = kLinear * outer;
+  const Row share = (wanted > at_most ? (1 - kParentAtLeast) / outer : kLinear / sum);
+  const Row zero = {};
+  const Row scale = sum > 0 ? share : zero;
+  return {1 - scale * outer, scale * gx, scale * gy, scale * gz};
+}
+
+/// Four coarse values in a row, each for its two fine voxels.
+VDB_DIFFUSE_INLINE Row spread(const float* p) {
+  return Row{p[0], p[0], p[1], p[1], p[2], p[2], p[3], p[3]};
+}
+/// The coarse value across the outer face along z of each fine voxel.
+VDB_DIFFUSE_INLINE Row spreadOuter(const float* p) {
+  return Row{p[-1], p[1], p[0], p[2], p[1], p[3], p[2], p[4]};
+}
+
+/// The coarse values that a fine block sees: its octant's 4^3 and one layer around it, from the parent block
+/// and the parent's neighbours.
+struct CoarseHalo {
+  float v[6][6][6] = {};
+  float& at(int x, int y, int z) { return v[x + 1][y + 1][z + 1]; }
+};
+
+VDB_DIFFUSE_INLINE void loadCoarseHalo(const Topology& coarse, const Field<float>& e, int32_t parent,
+                                       const Coord& octant, CoarseHalo& halo) {
+  const float* own = e.block(parent);
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z)
+        halo.at(x, y, z) = own[voxelOffset(octant[0] + x, octant[1] + y, octant[2] + z)];
+  const std::array<int32_t, 6>& near = coarse.neighbours(parent);
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2, up = face % 2;
+    const bool inside =
+        (octant[axis] != 0) != (up != 0);  // the next octant along the face is in the same block
+    const float* block = inside ? own : near[face] == kNoBlock ? nullptr : e.block(near[face]);
+    if (!block) continue;
+    Coord p;
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < 4; ++k) {
+        p[axis] = (octant[axis] + (up ? 4 : -1)) & 7;
+        p[b] = octant[b] + j;
+        p[c] = octant[c] + k;
+        int q[3];
+        q[axis] = up ? 4 : -1;
+        q[b] = j;
+        q[c] = k;
+        halo.at(q[0], q[1], q[2]) = block[voxelOffset(p[0], p[1], p[2])];
+      }
+  }
+}
+
+VDB_DIFFUSE_KERNEL void prolongToBlock(const Operator& A, const Transfer& transfer, const Topology& coarse,
+                                       const Field<float>& e, Field<float>& x, size_t b) {
+  BlockFaces g;
+  loadFaces(A, b, g);
+  CoarseHalo c;
+  loadCoarseHalo(coarse, e, transfer.parent[b], octantOf(A.topology->origin(b)), c);
+  float* out = x.block(b);
+  const float* inverse = A.inverse_diagonal.block(b);
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 8; ++j) {
+      const RowWeights w = rowWeights(g, i, j);
+      const float* own = &c.at(i >> 1, j >> 1, 0);
+      const float* next_x = &c.at((i >> 1) + (i & 1 ? 1 : -1), j >> 1, 0);
+      const float* next_y = &c.at(i >> 1, (j >> 1) + (j & 1 ? 1 : -1), 0);
+      const Row value =
+          w.parent * spread(own) + w.x * spread(next_x) + w.y * spread(next_y) + w.z * spreadOuter(own);
+      const int n = voxelOffset(i, j, 0);
+      const Row zero = {};
+      storeRow(out + n, loadRow(out + n) + (loadRow(inverse + n) > 0 ? value : zero));
+    }
+}
+
+VDB_DIFFUSE_KERNEL void restrictBlock(const Operator& A, const Field<float>& b, const Field<float>& x,
+                                      Transfer& transfer, Field<float>& coarse_b, size_t block) {
+  BlockFaces g;
+  Halo<float> u;
+  loadFaces(A, block, g);
+  loadHalo(*A.topology, x, block, 0.0f, u);
+  const float *rhs = b.block(block), *sink = A.sink.block(block);
+  float sum[6][6][6] = {};
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 8; ++j) {
+      const int n = voxelOffset(i, j, 0);
+      const Row r =
+          loadRow(rhs + n) - (rowOfDifferences(g, u, i, j) + loadRow(sink + n) * loadRow(u.row(i, j)));
+      const RowWeights w = rowWeights(g, i, j);
+      const Row own = w.parent * r, rx = w.x * r, ry = w.y * r, rz = w.z * r;
+      float* to = &sum[(i >> 1) + 1][(j >> 1) + 1][1];
+      float* to_x = &sum[(i >> 1) + (i & 1 ? 2 : 0)][(j >> 1) + 1][1];
+      float* to_y = &sum[(i >> 1) + 1][(j >> 1) + (j & 1 ? 2 : 0)][1];
+      for (int m = 0; m < 4; ++m) {
+        to[m] += own[2 * m] + own[2 * m + 1];
+        to_x[m] += rx[2 * m] + rx[2 * m + 1];
+        to_y[m] += ry[2 * m] + ry[2 * m + 1];
+        to[m - 1] += rz[2 * m];
+        to[m + 1] += rz[2 * m + 1];
+      }
+    }
+  const Coord octant = octantOf(A.topology->origin(block));
+  float* out = coarse_b.block(transfer.parent[block]);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < 4; ++k)
+        out[voxelOffset(octant[0] + i, octant[1] + j, octant[2] + k)] = sum[i + 1][j + 1][k + 1];
+  float* spill = transfer.spill.data() + block * kSpill;
+  for (int j = 0; j < 4; ++j)
+    for (int k = 0; k < 4; ++k) {
+      spill[Topology::kMinusX * 16 + j * 4 + k] = sum[0][j + 1][k + 1];
+      spill[Topology::kPlusX * 16 + j * 4 + k] = sum[5][j + 1][k + 1];
+      spill[Topology::kMinusY * 16 + j * 4 + k] = sum[j + 1][0][k + 1];
+      spill[Topology::kPlusY * 16 + j * 4 + k] = sum[j + 1][5][k + 1];
+      spill[Topology::kMinusZ * 16 + j * 4 + k] = sum[j + 1][k + 1][0];
+      spill[Topology::kPlusZ * 16 + j * 4 + k] = sum[j + 1][k + 1][5];
+    }
+}
+
+void gatherSpill(const Topology& fine, const Transfer& transfer, Field<float>& coarse_b, size_t block) {
+  const Coord octant = octantOf(fine.origin(block));
+  float* out = coarse_b.block(transfer.parent[block]);
+  for (int face = 0; face < 6; ++face) {
+    const int32_t near = fine.neighbours(block)[face];
+    if (near == kNoBlock) continue;
+    const float* spill = transfer.spill.data() + static_cast<size_t>(near) * kSpill + (face ^ 1) * 16;
+    const int at = face % 2 ? 3 : 0;
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < 4; ++k) {
+        const Coord p = face / 2 == 0 ? Coord(at, j, k) : face / 2 == 1 ? Coord(j, at, k) : Coord(j, k, at);
+        out[voxelOffset(octant[0] + p[0], octant[1] + p[1], octant[2] + p[2])] += spill[j * 4 + k];
+      }
+  }
+}
+
+std::shared_ptr<const Topology> coarseTopology(const Topology& fine) {
+  std::vector<Coord> origins;
+  std::vector<BlockMask> masks;
+  for (size_t b = 0; b < fine.blockCount(); ++b) {  // children of one coarse block are consecutive
+    const Coord& o = fine.origin(b);
+    const Coord origin((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7);
+    if (origins.empty() || origins.back() != origin) {
+      origins.push_back(origin);
+      masks.emplace_back();
+    }
+    const Coord octant = octantOf(o);
+    for (auto it = fine.active(b).beginOn(); it; ++it) {
+      const Coord p = voxelLocal(it.pos());
+      masks.back().setOn(voxelOffset(octant[0] + p[0] / 2, octant[1] + p[1] / 2, octant[2] + p[2] / 2));
+    }
+  }
+  return std::make_shared<const Topology>(std::move(origins), std::move(masks));
+}
+
+/// Coarse faces and sinks of the octant that one fine block fills.
+void coarsenBlock(const Operator& fine, const Transfer& transfer, Operator& coarse, size_t b) {
+  BlockFaces g;
+  loadFaces(fine, b, g);
+  const float* sink = fine.sink.block(b);
+  const Coord octant = octantOf(fine.topology->origin(b));
+  const size_t parent = static_cast<size_t>(transfer.parent[b]);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      for (int k = 0; k < 4; ++k) {
+        const int x = 2 * i, y = 2 * j, z = 2 * k,
+                  to = voxelOffset(octant[0] + i, octant[1] + j, octant[2] + k);
+        float sum = 0;
+        for (int c = 0; c < 8; ++c) sum += sink[voxelOffset(x + (c >> 2), y + ((c >> 1) & 1), z + (c & 1))];
+        coarse.sink.block(parent)[to] = sum;
+        coarse.faces[0].block(parent)[to] =
+            kTwiceAsFar * (g.x[x][y][z] + g.x[x][y][z + 1] + g.x[x][y + 1][z] + g.x[x][y + 1][z + 1]);
+        coarse.faces[1].block(parent)[to] =
+            kTwiceAsFar * (g.y[x][y][z] + g.y[x][y][z + 1] + g.y[x + 1][y][z] + g.y[x + 1][y][z + 1]);
+        coarse.faces[2].block(parent)[to] =
+            kTwiceAsFar * (g.z[x][y][z] + g.z[x][y + 1][z] + g.z[x + 1][y][z] + g.z[x + 1][y + 1][z]);
+      }
+}
+
+}  // namespace
+
+Operator coarsen(const Operator& fine, Transfer& transfer) {
+  Operator coarse;
+  coarse.topology = coarseTopology(*fine.topology);
+  const size_t blocks = fine.topology->blockCount();
+  transfer.parent.resize(blocks);
+  forEachBlock(blocks, [&](size_t b) {
+    const Coord& o = fine.topology->origin(b);
+    transfer.parent[b] = coarse.topology->find(Coord((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7));
+  });
+  transfer.spill = Field<float>((blocks * kSpill + kBlockVoxels - 1) / kBlockVoxels);
+  for (Field<float>& faces : coarse.faces) faces = Field<float>(*coarse.topology);
+  coarse.sink = Field<float>(*coarse.topology);
+  forEachBlock(blocks, [&](size_t b) { coarsenBlock(fine, transfer, coarse, b); });
+  formDiagonal(coarse);
+  return coarse;
+}
+
+void restrictResidual(const Operator& A, const Field<float>& b, const Field<float>& x, Transfer& transfer,
+                      Field<float>& coarse_b) {
+  const size_t blocks = A.topology->blockCount();
+  forEachBlock(blocks, [&](size_t block) { restrictBlock(A, b, x, transfer, coarse_b, block); });
+  forEachBlock(blocks, [&](size_t block) { gatherSpill(*A.topology, transfer, coarse_b, block); });
+}
+
+void prolong(const Operator& A, const Transfer& transfer, const Topology& coarse_topology,
+             const Field<float>& e, Field<float>& x) {
+  forEachBlock(A.topology->blockCount(),
+               [&](size_t b) { prolongToBlock(A, transfer, coarse_topology, e, x, b); });
+}
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <vector>
+
+#include "multigrid/operator.h"
+
+namespace vdb_diffuse {
+
+/// How a coarse level's voxels lie on a fine one: a coarse voxel is 2 x 2 x 2 fine ones, so each fine block
+/// is one octant of its parent block.
+struct Transfer {
+  std::vector<int32_t> parent;  ///< coarse block of each fine block
+  Field<float> spill;           ///< scratch: what a fine block adds to coarse voxels of the six next octants
+};
+
+/// The next coarser operator: active where any child is, its sink the sum of the children's. A coarse
+/// conductance is half the sum of the four faces that cross the coarse face,
+///
+///      +----+----+----+----+
+///      |         |         |       four paths side by side, each twice as long:
+///      |    o----/\/\----o |       uniform medium: 4 * g/2 = 2 g, the operator on the coarse grid
+///      |    I    |    J    |
+///      +----+----+----+----+
+///
+/// so that voxels which do not touch stay apart wherever their coarse voxels differ. Measured against putting
+/// the inner faces in series with the crossing one: fewer iterations on wispy clouds and on raw densities.
+Operator coarsen(const Operator& fine, Transfer& transfer);
+
+/// coarse b = P^T (b - A x)
+void restrictResidual(const Operator& A, const Field<float>& b, const Field<float>& x, Transfer& transfer,
+                      Field<float>& coarse_b);
+
+/// x += P e. A fine voxel takes from its parent and from the coarse voxels across its three outer faces,
+/// which in a uniform medium is linear interpolation (a quarter each); otherwise each outer face counts by
+/// its share of the voxel's conductance, so that nothing is interpolated across a bad conductor.
+void prolong(const Operator& A, const Transfer& transfer, const Topology& coarse_topology,
+             const Field<float>& e, Field<float>& x);
+
+}  // namespace vdb_diffuse
