@@ -16,7 +16,7 @@ using nlohmann::json;
 constexpr double kLumensPerWatt = 683;  // glTF is photometric; the factor every exporter agrees on
 constexpr double kPi = 3.14159265358979323846;
 
-/// Reads the parts that assimp leaves out or blurs (one light in two nodes, cone angles, emissive strength).
+/// Reads the parts that assimp leaves out or blurs (a light in two nodes, emissive strength).
 class Reader {
  public:
   Reader(const std::string& path, Up up) : path_(path), up_(up), gltf_(readGltfJson(path)) {}
