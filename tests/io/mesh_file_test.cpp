@@ -49,14 +49,15 @@ TEST(MeshFile, ObjGroupsAndMaterialsBecomeOneMesh) {
 }
 
 TEST(MeshFile, GltfIsTurnedToTheAxisThatPointsUp) {
-  for (const std::string& path :
-       {writeTestFile("a.gltf", TriangleGltf().json()), writeTestFile("a.glb", TriangleGltf().glb())}) {
+  TriangleGltf gltf;
+  gltf.positions[8] = 5;  // the third corner: (0, 1, 5)
+  for (const std::string& path : {writeTestFile("a.gltf", gltf.json()), writeTestFile("a.glb", gltf.glb())}) {
     const Mesh z_up = readMesh(path), y_up = readMesh(path, Up::kY);
     ASSERT_EQ(z_up.triangles.size(), 1u);
-    EXPECT_EQ(y_up.positions[2], Vec3d(0, 1, 0));
-    EXPECT_EQ(z_up.positions[2], Vec3d(0, 0, 1));
-    EXPECT_LT((normalOf(y_up) - Vec3d(0, 0, 1)).length(), 1e-12);
-    EXPECT_LT((normalOf(z_up) - Vec3d(0, -1, 0)).length(), 1e-12) << "a rotation keeps the front";
+    EXPECT_EQ(y_up.positions[2], Vec3d(0, 1, 5));
+    EXPECT_EQ(z_up.positions[2], Vec3d(0, -5, 1));
+    EXPECT_LT((normalOf(y_up) - Vec3d(0, -5, 1).unit()).length(), 1e-12);
+    EXPECT_LT((normalOf(z_up) - Vec3d(0, -1, -5).unit()).length(), 1e-12) << "a rotation keeps the front";
   }
 }
 
@@ -108,6 +109,10 @@ TEST(MeshFile, RefusesDeepJsonCyclesAndInstanceBombs) {
   TriangleGltf cycle;
   cycle.nodes = R"([{"children": [1]}, {"children": [0], "mesh": 0}])";
   EXPECT_TRUE(contains(refused(writeTestFile("cycle.gltf", cycle.json())), "cycle"));
+
+  TriangleGltf twice;
+  twice.roots = "[0, 0]";
+  EXPECT_TRUE(contains(refused(writeTestFile("twice.gltf", twice.json())), "twice"));
 
   TriangleGltf bomb, chain;
   bomb.nodes = chain.nodes = "[";

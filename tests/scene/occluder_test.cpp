@@ -51,7 +51,7 @@ TEST(Occluder, QuadIsMetOnBothSidesWhereItIs) {
 }
 
 TEST(Occluder, DistanceLimitSeparatesLitFromHidden) {
-  const Occluder occluder({square(1, Vec3d(0))});
+  const Occluder occluder({square(1, Vec3d(0)), square(1, Vec3d(0, 0, 10))});
   const Vec3d p(0.1, 0.4, 2), down(0, 0, -1);
   EXPECT_TRUE(occluder.hidden(p, down, 2.001));
   EXPECT_FALSE(occluder.hidden(p, down, 1.999));
