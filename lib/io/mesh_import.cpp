@@ -45,8 +45,8 @@ const aiScene* load(Assimp::Importer& importer, const std::string& path, const s
   const std::string wanted = extension == ".obj" ? "Wavefront Object Importer" : "glTF2 Importer";
   for (size_t i = importer.GetImporterCount(); i-- > 0;) {
     if (importer.GetImporterInfo(i)->mName == wanted) continue;
-    std::unique_ptr<Assimp::BaseImporter> ours(
-        importer.GetImporter(i));  // what is unregistered is not deleted
+    // What is unregistered is not deleted.
+    std::unique_ptr<Assimp::BaseImporter> ours(importer.GetImporter(i));
     importer.UnregisterLoader(ours.get());
   }
   if (importer.GetImporterCount() != 1) throw std::logic_error("assimp lacks the " + wanted);

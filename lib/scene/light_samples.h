@@ -44,7 +44,8 @@ struct LightSampling {
 /// Deterministic. Lights of zero power give no samples.
 LightSamples sampleLights(const Scene& scene, const LightSampling& settings = {});
 
-/// Radiance of a dome light that arrives travelling along `direction` (unit length).
+/// Radiance of a dome light that arrives travelling along `direction` (unit length). An image is constant in
+/// each pixel, so that its integral is a sum; dome_samples.cpp draws where the pixels lie.
 Vec3d domeRadiance(const DomeLight& dome, const Vec3d& direction);
 
 /// n directions spread evenly over the sphere (a spherical Fibonacci lattice), equal weights.

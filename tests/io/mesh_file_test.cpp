@@ -130,7 +130,7 @@ TEST(MeshFile, RefusesDeepJsonCyclesAndInstanceBombs) {
   EXPECT_TRUE(contains(refused(writeTestFile("huge.gltf", text)), "3000000000"));
 }
 
-TEST(MeshFile, EveryTruncationIsReadOrRefusedCleanly) {
+TEST(MeshFile, EveryTruncationIsRefused) {
   const std::string whole = TriangleGltf().glb();
   for (size_t size = 0; size < whole.size(); size += 7)
     EXPECT_NE(refused(writeTestFile("cut.glb", whole.substr(0, size))), "") << size;
