@@ -34,17 +34,18 @@ struct LightSamples {
 };
 
 struct LightSampling {
-  int dome_directions = 64;   ///< per dome light; an image spends them where it is bright
-  int sun_directions = 16;    ///< over the disc of a sun wider than `sharp_sun`
-  int ball_points = 16;       ///< on a point light with a radius
-  int area_points = 64;       ///< per area light, shared out by area
-  double sharp_sun = 0.02;    ///< radians: a sun narrower than this is one direction
+  int dome_directions = 64;  ///< per dome light; an image spends them where it is bright
+  int sun_directions = 16;   ///< over the disc of a sun wider than `sharp_sun`
+  int ball_points = 16;      ///< on a point light with a radius
+  int area_points = 64;      ///< per area light, shared out by area
+  double sharp_sun = 0.02;   ///< radians: a sun narrower than this is one direction
 };
 
 /// Deterministic. Lights of zero power give no samples.
 LightSamples sampleLights(const Scene& scene, const LightSampling& settings = {});
 
-/// Radiance of a dome light that arrives travelling along `direction` (unit length).
+/// Radiance of a dome light that arrives travelling along `direction` (unit length). An image is constant in
+/// each pixel, so that its integral is a sum; dome_samples.cpp draws where the pixels lie.
 Vec3d domeRadiance(const DomeLight& dome, const Vec3d& direction);
 
 /// n directions spread evenly over the sphere (a spherical Fibonacci lattice), equal weights.

@@ -7,7 +7,8 @@
 
 namespace vdb_diffuse {
 
-/// What a ray meets among a scene's surfaces. The only place that knows Embree; safe to ask from many threads.
+/// What a ray meets among a scene's surfaces. The only place that knows Embree; safe to ask from many
+/// threads.
 class Occluder {
  public:
   /// A scene without triangles costs nothing and hides nothing. Positions are moved to the scene's middle
@@ -27,8 +28,8 @@ class Occluder {
     int surface;        ///< index into the surfaces
     uint32_t triangle;  ///< index into the mesh's triangles
     double distance;
-    double u, v;   ///< barycentric: (1-u-v) a + u b + v c
-    bool front;    ///< the ray met the front (counter-clockwise) side
+    double u, v;  ///< barycentric: (1-u-v) a + u b + v c
+    bool front;   ///< the ray met the front (counter-clockwise) side
   };
   /// First surface on the ray from `origin` along `direction` (unit length) nearer than `distance`, which may
   /// be infinite. World space. Hits nearer than a small fraction of the scene are kept: the caller moves the

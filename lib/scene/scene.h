@@ -1,6 +1,6 @@
 #pragma once
 
-#include <openvdb/math/Vec3.h>
+#include <openvdb/Types.h>
 
 #include <array>
 #include <cstdint>
@@ -54,9 +54,9 @@ struct AreaLight {
 };
 
 struct DomeLight {
-  Vec3d radiance{1, 1, 1};              ///< W/m2/sr; a factor where there is an image
-  std::shared_ptr<const Image> image;   ///< equirectangular as in Cycles, z up; none: uniform
-  double rotation = 0;                  ///< about z, counter-clockwise seen from above
+  Vec3d radiance{1, 1, 1};             ///< W/m2/sr; a factor where there is an image
+  std::shared_ptr<const Image> image;  ///< equirectangular as in Cycles, z up; none: uniform
+  double rotation = 0;                 ///< about z, counter-clockwise seen from above
 };
 
 using Light = std::variant<SunLight, PointLight, SpotLight, AreaLight, DomeLight>;
