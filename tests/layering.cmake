@@ -1,4 +1,5 @@
 # Which folder of lib/ may include which: the arrows point one way. Run by ctest as "layering".
+cmake_minimum_required(VERSION 3.20)
 set(grid_uses)
 set(multigrid_uses grid)
 set(medium_uses grid)

@@ -8,10 +8,10 @@ namespace vdb_diffuse {
 
 /// How the stuff of a density grid scatters and absorbs. RGB; grey where the three agree.
 struct Optics {
-  Vec3d sigma_s{1, 1, 1};      ///< scattering per unit density, 1/(length density), >= 0
-  Vec3d sigma_a{0, 0, 0};      ///< absorption per unit density, 1/(length density), >= 0
-  double g = 0;                ///< mean scattering cosine, -1 < g < 1
-  double emission_scale = 1;   ///< factor on the emission grid's radiance Q
+  Vec3d sigma_s{1, 1, 1};     ///< scattering per unit density, 1/(length density), >= 0
+  Vec3d sigma_a{0, 0, 0};     ///< absorption per unit density, 1/(length density), >= 0
+  double g = 0;               ///< mean scattering cosine, -1 < g < 1
+  double emission_scale = 1;  ///< factor on the emission grid's radiance Q
 
   Vec3d sigmaT() const { return sigma_s + sigma_a; }
   /// One solve serves all channels: the operator does not depend on the colour.

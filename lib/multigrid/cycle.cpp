@@ -60,24 +60,24 @@ struct Multigrid::DirectSolver {
 Multigrid::~Multigrid() = default;
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
 
-Multigrid::Multigrid(Operator finest, const CycleSettings& settings) : settings_(settings) {
-  if (finest.inverse_diagonal.empty()) formDiagonal(finest);
-  Smoother smoother(*finest.topology);
+Multigrid::Multigrid(std::shared_ptr<const Operator> finest, const CycleSettings& settings)
+    : settings_(settings) {
+  Smoother smoother(*finest->topology);
   levels_.push_back({std::move(finest), std::move(smoother), {}, {}, {}});
   while (true) {
     Level& fine = levels_.back();
-    const size_t unknowns = fine.A.topology->activeVoxelCount();
+    const size_t unknowns = fine.A->topology->activeVoxelCount();
     if (unknowns <= settings_.direct_unknowns) {
-      direct_ = std::make_unique<DirectSolver>(fine.A);
+      direct_ = std::make_unique<DirectSolver>(*fine.A);
       break;
     }
     Transfer transfer;
-    Operator coarse = coarsen(fine.A, transfer);
+    auto coarse = std::make_shared<const Operator>(coarsen(*fine.A, transfer));
     // Pieces too far apart to merge leave one voxel each, which the smoother solves exactly.
-    if (10 * coarse.topology->activeVoxelCount() > 9 * unknowns) break;
+    if (10 * coarse->topology->activeVoxelCount() > 9 * unknowns) break;
     fine.to_coarse = std::move(transfer);
-    Field<float> x(*coarse.topology), b(*coarse.topology);
-    Smoother coarse_smoother(*coarse.topology);
+    Field<float> x(*coarse->topology), b(*coarse->topology);
+    Smoother coarse_smoother(*coarse->topology);
     levels_.push_back({std::move(coarse), std::move(coarse_smoother), {}, std::move(x), std::move(b)});
   }
 }
@@ -86,19 +86,19 @@ void Multigrid::cycle(size_t l, const Field<float>& b, Field<float>& x) {
   Level& level = levels_[l];
   if (l + 1 == levels_.size()) {
     if (direct_) return direct_->solve(b, x);
-    level.smoother.smooth(level.A, b, x, SweepOrder::kForward, settings_.sweeps, true);
+    level.smoother.smooth(*level.A, b, x, SweepOrder::kForward, settings_.sweeps, true);
     for (int i = 1; i < settings_.coarsest_sweeps; ++i)
-      level.smoother.smooth(level.A, b, x, SweepOrder::kForward, settings_.sweeps, false);
+      level.smoother.smooth(*level.A, b, x, SweepOrder::kForward, settings_.sweeps, false);
     for (int i = 0; i < settings_.coarsest_sweeps; ++i)
-      level.smoother.smooth(level.A, b, x, SweepOrder::kBackward, settings_.sweeps, false);
+      level.smoother.smooth(*level.A, b, x, SweepOrder::kBackward, settings_.sweeps, false);
     return;
   }
   Level& coarse = levels_[l + 1];
-  level.smoother.smooth(level.A, b, x, SweepOrder::kForward, settings_.sweeps, true);
-  restrictResidual(level.A, b, x, level.to_coarse, coarse.b);
+  level.smoother.smooth(*level.A, b, x, SweepOrder::kForward, settings_.sweeps, true);
+  restrictResidual(*level.A, b, x, level.to_coarse, coarse.b);
   cycle(l + 1, coarse.b, coarse.x);
-  prolong(level.A, level.to_coarse, *coarse.A.topology, coarse.x, x);
-  level.smoother.smooth(level.A, b, x, SweepOrder::kBackward, settings_.sweeps, false);
+  prolong(*level.A, level.to_coarse, *coarse.A->topology, coarse.x, x);
+  level.smoother.smooth(*level.A, b, x, SweepOrder::kBackward, settings_.sweeps, false);
 }
 
 void Multigrid::precondition(const Field<float>& r, Field<float>& z) {
@@ -108,7 +108,7 @@ void Multigrid::precondition(const Field<float>& r, Field<float>& z) {
 size_t Multigrid::bytes() const {
   size_t bytes = 0;
   for (const Level& level : levels_) {
-    const Operator& A = level.A;
+    const Operator& A = *level.A;
     for (const Field<float>* f : {&A.half_resistance, &A.faces[0], &A.faces[1], &A.faces[2], &A.sink,
                                   &A.inverse_diagonal, &level.x, &level.b, &level.to_coarse.spill})
       bytes += f->size() * sizeof(float);

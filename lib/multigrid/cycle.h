@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "multigrid/smoother.h"
@@ -17,20 +18,21 @@ struct CycleSettings {
 /// preconditioner. Trottenberg, Oosterlee and Schueller (2001), sections 2.4 and 7.8.
 class Multigrid {
  public:
-  explicit Multigrid(Operator finest, const CycleSettings& settings = {});
+  /// \param finest  with its `inverse_diagonal`
+  explicit Multigrid(std::shared_ptr<const Operator> finest, const CycleSettings& settings = {});
   ~Multigrid();
   Multigrid(Multigrid&&) noexcept;
 
-  const Operator& finest() const { return levels_.front().A; }
+  const Operator& finest() const { return *levels_.front().A; }
   /// z = V(r), one V-cycle for A z = r from z = 0.
   void precondition(const Field<float>& r, Field<float>& z);
   size_t levelCount() const { return levels_.size(); }
-  const Operator& level(size_t l) const { return levels_[l].A; }
+  const Operator& level(size_t l) const { return *levels_[l].A; }
   size_t bytes() const;
 
  private:
   struct Level {
-    Operator A;
+    std::shared_ptr<const Operator> A;
     Smoother smoother;
     Transfer to_coarse;
     Field<float> x, b;  // not on the finest level, whose caller brings them

@@ -1,0 +1,252 @@
+#include "diffusion/diffuse.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "diffusion/equation.h"
+
+namespace vdb_diffuse {
+namespace {
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Sum of term(block, voxel) over the active voxels.
+template <typename Term>
+double sumOverVoxels(const Topology& topology, const Term& term) {
+  return sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
+    double sum = 0;
+    for (auto it = topology.active(b).beginOn(); it; ++it) sum += term(b, static_cast<int>(it.pos()));
+    return sum;
+  });
+}
+
+/// The power of two that brings a field's largest value near one, so that floats neither overflow nor vanish
+/// and a scaled light gives the same bits scaled.
+double normalisation(const Channels& direct, const Medium& medium, const ChannelOptics& optics) {
+  float largest = 0;
+  const auto consider = [&](const Field<float>& field, double factor) {
+    for (size_t i = 0; i < field.size(); ++i)
+      largest = std::max(largest, static_cast<float>(std::abs(field[i] * factor)));
+  };
+  for (const Field<float>& channel : direct) consider(channel, 1);
+  if (!medium.emission.empty() && optics.sigma_a > 0) consider(medium.emission, medium.optics.emission_scale);
+  return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
+}
+
+class Diffusion {
+ public:
+  Diffusion(const Medium& medium, const Scene& scene, const DiffuseSettings& settings)
+      : medium_(medium), scene_(scene), settings_(settings), occluder_(scene.surfaces) {}
+
+  DiffuseResult run() {
+    gatherSource();
+    prepare();
+    for (size_t c = 0; c < channels(); ++c) solveChannel(c);
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  const Medium& medium_;
+  const Scene& scene_;
+  const DiffuseSettings& settings_;
+  Occluder occluder_;
+  FirstScatter source_;
+  EquationSettings equation_settings_;
+  std::unique_ptr<Equation> equation_;  // of the channel at hand; kept while it serves the next too
+  std::unique_ptr<Multigrid> multigrid_;
+  DiffuseResult result_;
+
+  const Topology& topology() const { return medium_.topology(); }
+  size_t channels() const { return source_.direct.size(); }
+  double weight(size_t c) const { return channels() == 1 ? 1 : kLuminance[c]; }
+
+  void gatherSource() {
+    const double start = now();
+    FirstScatterSettings first = settings_.source;
+    first.want_flux = settings_.want_flux;
+    first.progress = settings_.progress;
+    source_ = firstScatter(medium_, scene_, occluder_, settings_.model.model, first);
+    result_.seconds_source = now() - start;
+  }
+
+  void prepare() {
+    const double cap = meanFreePathCap(settings_.model, medium_);
+    equation_settings_.staircase = settings_.model.model == Model::kDefault;
+    equation_settings_.cap = cap;
+    equation_settings_.surfaces = &scene_.surfaces;
+    equation_settings_.walls =
+        std::make_shared<const Walls>(findWalls(topology(), medium_.transform(), occluder_, scene_.surfaces));
+    result_.mean_free_path_cap = std::isfinite(cap) ? cap : 0;
+    if (settings_.want_flux)
+      for (Field<float>& component : result_.flux) component = Field<float>(topology());
+  }
+
+  /// One operator serves all channels of a grey medium, unless coloured walls differ between them.
+  bool sharedOperator() const {
+    if (!medium_.optics.grey()) return false;
+    if (equation_settings_.walls->empty()) return true;
+    for (const Surface& s : scene_.surfaces)
+      if (s.albedo[0] != s.albedo[1] || s.albedo[0] != s.albedo[2]) return false;
+    return true;
+  }
+
+  void setUp(size_t c) {
+    if (multigrid_ && sharedOperator()) return;
+    const double start = now();
+    multigrid_.reset();
+    const ChannelOptics optics = channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model);
+    equation_ = std::make_unique<Equation>(
+        formEquation(medium_, optics, static_cast<int>(c), settings_.model.model, equation_settings_));
+    if (equation_->floored_voxels > 0 && c == 0)
+      result_.warnings.push_back(
+          std::to_string(equation_->floored_voxels) +
+          " voxels are a vacuum to a solve without a mean-free-path cap: their diffusion "
+          "coefficient is bounded");
+    multigrid_ = std::make_unique<Multigrid>(equation_->A);
+    result_.levels = multigrid_->levelCount();
+    result_.seconds_setup += now() - start;
+  }
+
+  void solveChannel(size_t c) {
+    const ChannelOptics optics = channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model);
+    const Field<float>& Q0 = source_.sourceOf(c);
+    const VectorField* flux = source_.beam_flux.empty() ? nullptr : &source_.beam_flux[c];
+    const double scale = normalisation(source_.direct, medium_, optics);
+    const bool emits = !medium_.emission.empty() && optics.sigma_a > 0 && medium_.optics.emission_scale != 0;
+    if (optics.true_sigma_s == 0 && !emits) {  // nothing scatters and nothing glows: no equation to solve
+      result_.diffuse.emplace_back(topology());
+      return;
+    }
+    setUp(c);
+    const double start = now();
+    const RightHandSide rhs = formRightHandSide(*equation_, medium_, Q0, flux, scale);
+    Field<double> x(topology());
+    SolveSettings solve_settings;
+    solve_settings.tolerance = settings_.tolerance;
+    solve_settings.balance = 10 * settings_.tolerance;
+    solve_settings.max_iterations = settings_.max_iterations;
+    solve_settings.progress = settings_.progress;
+    const SolveReport report = solve(*multigrid_, rhs.b, x, solve_settings);
+    result_.converged = result_.converged && report.converged;
+    result_.iterations = std::max(result_.iterations, report.iterations);
+    result_.relative_residual = std::max(result_.relative_residual, report.relative_residual);
+    result_.seconds_solve += now() - start;
+    addEnergy(c, *equation_, optics, rhs, x, 1 / scale);
+    store(c, *equation_, flux, x, 1 / scale);
+  }
+
+  /// Powers of the light that has scattered. With delta-Eddington the equation's own light is split
+  /// otherwise: what the rescaling left in the beam has scattered too, and leaves where the beam does.
+  void addEnergy(size_t c, const Equation& e, const ChannelOptics& optics, const RightHandSide& rhs,
+                 const Field<double>& x, double unscale) {
+    const double tau_a = optics.sigma_a * e.h;
+    const Field<float>& rho = medium_.density.values;
+    const double absorbed = sumOverVoxels(topology(), [&](size_t b, int n) {
+      return static_cast<double>(static_cast<float>(tau_a * rho.block(b)[n])) * x.block(b)[n];
+    });
+    const double sunk = sumOverVoxels(topology(), [&](size_t b, int n) {
+      return static_cast<double>(e.A->sink.block(b)[n]) * x.block(b)[n];
+    });
+    const double watts = 4 * M_PI * medium_.transform().voxelVolume() / e.h * weight(c);
+    Energy& energy = result_.energy;
+    energy.emitted += watts * unscale * rhs.emitted;
+    if (source_.beam.empty()) {
+      energy.scattered_in += watts * unscale * rhs.scattered_in;
+      energy.absorbed += watts * unscale * absorbed;
+      energy.escaped += watts * unscale * (sunk - absorbed + rhs.drive_out);
+      return;
+    }
+    const double direct = sumOverVoxels(topology(), [&](size_t b, int n) {
+      return static_cast<double>(rho.block(b)[n]) * source_.direct[c].block(b)[n];
+    });
+    const double beam = sumOverVoxels(topology(), [&](size_t b, int n) {
+      return static_cast<double>(rho.block(b)[n]) * source_.beam[c].block(b)[n];
+    });
+    const double left_in_beam = e.h * (optics.true_sigma_t * direct - optics.sigma_t_beam * beam);
+    energy.scattered_in += watts * e.h * optics.true_sigma_s * direct;
+    energy.absorbed += watts * (unscale * absorbed + tau_a * (beam - direct));
+    energy.escaped += watts * (unscale * (sunk - absorbed + rhs.drive_out) + left_in_beam);
+  }
+
+  void store(size_t c, const Equation& e, const VectorField* Q1_flux, const Field<double>& x,
+             double unscale) {
+    Field<float> diffuse(topology());
+    const bool rescaled = !source_.beam.empty();
+    result_.negative_voxels += sumOverBlocks<size_t>(topology().blockCount(), [&](size_t b) {
+      size_t negative = 0;
+      for (auto it = topology().active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        double value = x.block(b)[n] * unscale;
+        if (rescaled)
+          value += static_cast<double>(source_.beam[c].block(b)[n]) - source_.direct[c].block(b)[n];
+        negative += value < 0;
+        diffuse.block(b)[n] = static_cast<float>(std::max(0.0, value));
+      }
+      return negative;
+    });
+    if (settings_.want_flux) addFlux(c, e, Q1_flux, x, unscale);
+    result_.diffuse.push_back(std::move(diffuse));
+  }
+
+  void addFlux(size_t c, const Equation& e, const VectorField* Q1_flux, const Field<double>& x,
+               double unscale) {
+    Field<float> I0(topology());
+    forEachBlock(topology().blockCount(), [&](size_t b) {
+      for (int n = 0; n < kBlockVoxels; ++n) I0.block(b)[n] = static_cast<float>(x.block(b)[n] * unscale);
+    });
+    VectorField third;  // I1 / 3 along the grid axes
+    for (Field<float>& component : third) component = Field<float>(topology());
+    diffusiveFlux(e, medium_, I0, Q1_flux, third);
+    forEachBlock(topology().blockCount(), [&](size_t b) {
+      for (auto it = topology().active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        Vec3d world(0);
+        for (int a = 0; a < 3; ++a) {
+          double along = third[a].block(b)[n];
+          if (!source_.direct_flux.empty())
+            along += source_.beam_flux[c][a].block(b)[n] - source_.direct_flux[c][a].block(b)[n];
+          world += medium_.transform().axis(a) / medium_.transform().axis(a).length() * along;
+        }
+        for (int a = 0; a < 3; ++a)
+          result_.flux[a].block(b)[n] += static_cast<float>(4 * M_PI * weight(c) * world[a]);
+      }
+    });
+  }
+
+  void finish() {
+    result_.direct = std::move(source_.direct);
+    const bool lit = result_.energy.scattered_in + result_.energy.emitted > 0;
+    if (!lit) result_.warnings.push_back("no light reaches the volume: the result is zero");
+  }
+};
+
+}  // namespace
+
+DiffuseResult diffuse(const Medium& medium, const Scene& scene, const DiffuseSettings& settings) {
+  return Diffusion(medium, scene, settings).run();
+}
+
+Channels sourceField(const Medium& medium, const Channels& direct) {
+  Channels source;
+  for (size_t c = 0; c < 3; ++c) {
+    if (c == 1 && direct.size() == 1 && medium.optics.grey()) break;
+    const Field<float>& light = direct[std::min(c, direct.size() - 1)];
+    Field<float> field(medium.topology());
+    const double sigma_s = medium.optics.sigma_s[static_cast<int>(c)];
+    const double emission = medium.optics.sigma_a[static_cast<int>(c)] * medium.optics.emission_scale;
+    forEachBlock(field.blockCount(), [&](size_t b) {
+      const float* rho = medium.density.values.block(b);
+      for (int n = 0; n < kBlockVoxels; ++n) {
+        const double Q = medium.emission.empty() ? 0 : medium.emission.block(b)[n];
+        field.block(b)[n] = static_cast<float>(rho[n] * (sigma_s * light.block(b)[n] + emission * Q));
+      }
+    });
+    source.push_back(std::move(field));
+  }
+  return source;
+}
+
+}  // namespace vdb_diffuse

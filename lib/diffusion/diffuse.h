@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+
+#include "diffusion/first_scatter.h"
+#include "multigrid/solve.h"
+
+namespace vdb_diffuse {
+
+struct DiffuseSettings {
+  ModelSettings model;
+  FirstScatterSettings source;
+  double tolerance = 1e-4;  ///< on the scaled residual; energy closes within ten times it
+  int max_iterations = 400;
+  bool want_flux = false;
+  Progress progress;
+};
+
+/// Powers in W (grey, or luminance where coloured), of the light that has scattered.
+struct Energy {
+  double scattered_in = 0, emitted = 0, absorbed = 0, escaped = 0;
+  double closure() const {
+    const double in = scattered_in + emitted;
+    return in > 0 ? (in - absorbed - escaped) / in : 0;
+  }
+};
+
+struct DiffuseResult {
+  Channels diffuse;  ///< I_d0: mean over directions of the light that has scattered, W/m2/sr, >= 0
+  Channels direct;   ///< I_ri0: of the light that has not
+  VectorField flux;  ///< int I_d s dw in world axes, W/m2, luminance where coloured; only if wanted
+  Energy energy;
+  bool converged = true;
+  int iterations = 0;            ///< of the channel that took most
+  double relative_residual = 0;  ///< of the worst channel
+  size_t levels = 0;
+  double mean_free_path_cap = 0;  ///< world units; 0: none
+  size_t negative_voxels = 0;     ///< clamped to zero
+  double seconds_source = 0, seconds_setup = 0, seconds_solve = 0;
+  std::vector<std::string> warnings;
+};
+
+/// The whole of the paper: first scatter, the diffusion equation, I_d0 in every active voxel.
+/// \throws InputError where the system is singular; Interrupted from `progress`
+DiffuseResult diffuse(const Medium& medium, const Scene& scene, const DiffuseSettings& settings = {});
+
+/// `sigma_s rho Q0 + sigma_a rho Q`, per unit length, of the unscaled medium.
+Channels sourceField(const Medium& medium, const Channels& direct);
+
+/// Weights of red, green, blue in luminance (Rec. 709).
+constexpr double kLuminance[3] = {0.2126, 0.7152, 0.0722};
+
+}  // namespace vdb_diffuse

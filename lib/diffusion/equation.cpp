@@ -1,0 +1,235 @@
+#include "diffusion/equation.h"
+
+#include <cmath>
+#include <limits>
+
+#include "diffusion/area_factor.h"
+#include "grid/error.h"
+#include "multigrid/block_kernel.h"
+
+namespace vdb_diffuse {
+namespace {
+
+/// Conductances through the sides of one block's voxels that lead out of the medium: a face beside an
+/// inactive voxel, or a wall. Zero elsewhere.
+struct OpenFaces {
+  float g[6][kBlockVoxels];
+  bool any = false;
+};
+
+double surfaceResistance(const Equation& e, const WallFace* wall, float area_factor) {
+  if (!wall) return 2 / static_cast<double>(area_factor);
+  const double R = (*e.settings.surfaces)[wall->surface].albedo[e.channel];
+  const double area = e.settings.staircase ? wall->area : 1;
+  return R < 1 ? 2 * (1 + R) / (1 - R) / area : std::numeric_limits<double>::infinity();
+}
+
+void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
+  const Topology& topology = *e.A->topology;
+  const BlockMask& active = topology.active(b);
+  const Walls no_walls;
+  const Walls& walls = e.settings.walls ? *e.settings.walls : no_walls;
+  const float* r = e.A->half_resistance.block(b);
+  float area[kBlockVoxels];
+  if (e.settings.staircase)
+    areaFactors(topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]), b, area);
+  else
+    std::fill_n(area, kBlockVoxels, 1.0f);
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2, up = face % 2, stride = 64 >> (3 * axis), shift = 6 - 3 * axis;
+    const int32_t across = topology.neighbours(b)[face];
+    const double s = e.stretch[axis];
+    std::fill_n(open.g[face], kBlockVoxels, 0.0f);
+    for (auto it = active.beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const int place = n >> shift & 7;
+      bool next;
+      if (place == (up ? 7 : 0))
+        next = across != kNoBlock && topology.active(across).isOn(up ? n - 7 * stride : n + 7 * stride);
+      else
+        next = active.isOn(up ? n + stride : n - stride);
+      const WallFace* wall = wallAt(walls, b, n, face);
+      if (next && !wall) continue;
+      open.g[face][n] = static_cast<float>(1 / (s * (s * r[n] + surfaceResistance(e, wall, area[n]))));
+      open.any = true;
+    }
+  }
+}
+
+/// A block's q = h sigma_s rho Q1 along one axis, with its neighbours'.
+void loadDrive(const Equation& e, const Medium& medium, const VectorField& flux, int axis, size_t b,
+               Halo<float>& q) {
+  const double factor = e.optics.sigma_s * e.h * 3 * e.optics.g;
+  Halo<float> rho;
+  loadHalo(*e.A->topology, flux[axis], b, 0.0f, q);
+  loadHalo(*e.A->topology, medium.density.values, b, 0.0f, rho);
+  for (int x = -1; x <= 8; ++x)
+    for (int y = -1; y <= 8; ++y) {
+      if ((x < 0 || x > 7) && (y < 0 || y > 7)) continue;  // the corners are nobody's neighbours
+      for (int z = -1; z <= 8; ++z)
+        q.row(x, y)[z] = static_cast<float>(factor * rho.row(x, y)[z] * q.row(x, y)[z]);
+    }
+}
+
+float faceAt(const BlockFaces& g, int axis, int x, int y, int z) {
+  return axis == 0 ? g.x[x][y][z] : axis == 1 ? g.y[x][y][z] : g.z[x][y][z];
+}
+
+}  // namespace
+
+Equation formEquation(const Medium& medium, const ChannelOptics& optics, int channel, Model model,
+                      const EquationSettings& settings) {
+  Equation e;
+  e.optics = optics;
+  e.settings = settings;
+  e.channel = channel;
+  e.h = medium.transform().meanVoxelSize();
+  const Topology& topology = medium.topology();
+  auto A = std::make_shared<Operator>();
+  e.A = A;
+  A->topology = medium.density.topology;
+  for (int a = 0; a < 3; ++a) {
+    e.stretch[a] = medium.transform().voxelSize()[a] / e.h;
+    A->scale[a] = static_cast<float>(1 / (e.stretch[a] * e.stretch[a]));
+  }
+  const bool capped = std::isfinite(settings.cap);
+  const double per_cap = capped ? e.h / settings.cap : 0;
+  const double size = std::cbrt(static_cast<double>(topology.activeVoxelCount()));  // in voxels
+  const double vacuum = capped ? 0 : 1 / (kVacuumPath * size);
+  const double tau_tr = optics.sigma_tr * e.h, tau_a = optics.sigma_a * e.h;
+  const double half = 1.5 / (model == Model::kPaper ? optics.flux_factor : 1);  // r = 1/(2D) = 3/2 tau_tr rho
+  A->half_resistance = Field<float>(topology, std::numeric_limits<float>::infinity());
+  A->sink = Field<float>(topology);
+  if (settings.walls)
+    for (const auto& [block, faces] : *settings.walls)
+      for (const WallFace& wall : faces) A->cuts[block].cut[wall.face].setOn(wall.voxel);
+  e.floored_voxels = sumOverBlocks<size_t>(topology.blockCount(), [&](size_t b) {
+    const float* rho = medium.density.values.block(b);
+    float *r = A->half_resistance.block(b), *sink = A->sink.block(b);
+    size_t floored = 0;
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const double tau = tau_tr * rho[n];
+      floored += tau < vacuum;
+      r[n] = static_cast<float>(half * (std::max(tau, vacuum) + per_cap));
+    }
+    OpenFaces open;
+    findOpenFaces(e, b, open);
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      float sum = static_cast<float>(tau_a * rho[n]);
+      for (const float* g : open.g) sum += g[n];
+      sink[n] = sum;
+    }
+    return floored;
+  });
+  const double sinks = sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
+    double sum = 0;
+    for (int n = 0; n < kBlockVoxels; ++n) sum += A->sink.block(b)[n];
+    return sum;
+  });
+  if (!(sinks > 0) && topology.blockCount() > 0)
+    throw InputError(
+        "the medium absorbs nothing and no light can leave it (closed by surfaces of albedo 1): "
+        "give it some absorption or an opening");
+  formDiagonal(*A);
+  return e;
+}
+
+RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const Field<float>& Q0,
+                                const VectorField* Q1_flux, double scale) {
+  const Topology& topology = *e.A->topology;
+  const double tau_s = e.optics.source_sigma * e.h * scale;
+  const double tau_a = e.optics.sigma_a * e.h * medium.optics.emission_scale * scale;
+  const bool driven = Q1_flux && e.optics.g != 0;
+  struct Sums {
+    double scattered = 0, emitted = 0, drive_out = 0;
+    void operator+=(const Sums& o) {
+      scattered += o.scattered;
+      emitted += o.emitted;
+      drive_out += o.drive_out;
+    }
+  };
+  RightHandSide rhs;
+  rhs.b = Field<float>(topology);
+  const Sums sums = sumOverBlocks<Sums>(topology.blockCount(), [&](size_t b) {
+    Sums sum;
+    const float *rho = medium.density.values.block(b), *q0 = Q0.block(b);
+    const float* emission = medium.emission.empty() ? nullptr : medium.emission.block(b);
+    float* out = rhs.b.block(b);
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const double scattered = tau_s * rho[n] * q0[n], emitted = emission ? tau_a * rho[n] * emission[n] : 0;
+      sum.scattered += scattered;
+      sum.emitted += emitted;
+      out[n] = static_cast<float>(scattered + emitted);
+    }
+    if (!driven) return sum;
+    BlockFaces g;
+    OpenFaces open;
+    loadFaces(*e.A, b, g);
+    findOpenFaces(e, b, open);
+    for (int axis = 0; axis < 3; ++axis) {
+      Halo<float> q;
+      loadDrive(e, medium, *Q1_flux, axis, b, q);
+      const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
+      const double half = 0.5 * e.stretch[axis] * scale;
+      for (auto it = topology.active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        const Coord p = voxelLocal(n);
+        const double own = q.row(p[0], p[1])[p[2]];
+        const double low = q.row(p[0] - dx, p[1] - dy)[p[2] - dz],
+                     high = q.row(p[0] + dx, p[1] + dy)[p[2] + dz];
+        const double in = faceAt(g, axis, p[0], p[1], p[2]) * half * (low + own);
+        const double on = faceAt(g, axis, p[0] + dx, p[1] + dy, p[2] + dz) * half * (own + high);
+        const double outward =
+            half * own * (open.g[2 * axis + 1][n] - static_cast<double>(open.g[2 * axis][n]));
+        sum.drive_out += outward;
+        out[n] += static_cast<float>(in - on - outward);
+      }
+    }
+    return sum;
+  });
+  rhs.scattered_in = sums.scattered;
+  rhs.emitted = sums.emitted;
+  rhs.drive_out = sums.drive_out;
+  return rhs;
+}
+
+void diffusiveFlux(const Equation& e, const Medium& medium, const Field<float>& I0,
+                   const VectorField* Q1_flux, VectorField& flux) {
+  const Topology& topology = *e.A->topology;
+  const bool driven = Q1_flux && e.optics.g != 0;
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    BlockFaces g;
+    OpenFaces open;
+    Halo<float> u, q;
+    loadFaces(*e.A, b, g);
+    findOpenFaces(e, b, open);
+    loadHalo(topology, I0, b, 0.0f, u);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (driven)
+        loadDrive(e, medium, *Q1_flux, axis, b, q);
+      else
+        std::fill_n(&q.v[0][0][0], sizeof(q.v) / sizeof(float), 0.0f);
+      const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
+      const double s = e.stretch[axis], half = 0.5 * s;  // conductances are per volume: times s is per area
+      for (auto it = topology.active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        const Coord p = voxelLocal(n);
+        const auto at = [&](const Halo<float>& f, int step) -> double {
+          return f.row(p[0] + step * dx, p[1] + step * dy)[p[2] + step * dz];
+        };
+        const double below =
+            faceAt(g, axis, p[0], p[1], p[2]) * (at(u, -1) - at(u, 0) + half * (at(q, -1) + at(q, 0))) -
+            open.g[2 * axis][n] * (at(u, 0) - half * at(q, 0));
+        const double above = faceAt(g, axis, p[0] + dx, p[1] + dy, p[2] + dz) *
+                                 (at(u, 0) - at(u, 1) + half * (at(q, 0) + at(q, 1))) +
+                             open.g[2 * axis + 1][n] * (at(u, 0) + half * at(q, 0));
+        flux[axis].block(b)[n] = static_cast<float>(0.5 * s * (below + above));
+      }
+    }
+  });
+}
+
+}  // namespace vdb_diffuse

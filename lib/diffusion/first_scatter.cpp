@@ -1,0 +1,208 @@
+#include "diffusion/first_scatter.h"
+
+#include <atomic>
+#include <cmath>
+
+#include "diffusion/light_path.h"
+#include "diffusion/reflected_light.h"
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr double kInverseSphere = 1 / (4 * M_PI);
+
+bool grey(const Vec3d& c) {
+  return c[0] == c[1] && c[0] == c[2];
+}
+
+/// What one voxel has gathered: per channel the mean over directions and the vector mean, for the true and
+/// for the rescaled attenuation.
+struct Gathered {
+  double direct[3] = {}, beam[3] = {};
+  Vec3d direct_flux[3], beam_flux[3];
+};
+
+class Gatherer {
+ public:
+  Gatherer(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
+           const FirstScatterSettings& settings)
+      : medium_(medium),
+        occluder_(occluder),
+        lights_(sampleLights(scene, settings.lights)),
+        reflected_(medium, lights_, scene.surfaces, occluder),
+        gather_(reflected_.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>()),
+        channels_(medium.optics.grey() && greyLight(scene) ? 1 : 3),
+        rays_(std::max(1, settings.rays_per_voxel)),
+        ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
+    double thinnest = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < channels_; ++c) {
+      optics_[c] = channelOptics(medium.optics, c, model);
+      thinnest = std::min({thinnest, optics_[c].sigma_t_beam, optics_[c].true_sigma_t});
+    }
+    enough_ = kOpaque / thinnest;
+    rescaled_ = optics_[0].rescaled() || optics_[channels_ - 1].rescaled();
+  }
+
+  int channels() const { return channels_; }
+  bool rescaled() const { return rescaled_; }
+  bool anisotropic() const { return optics_[0].g != 0; }
+
+  void gather(const Coord& voxel, float rho, Gathered& sum) const {
+    for (const BeamSample& beam : lights_.beams) addBeam(beam, voxel, rho, sum);
+    for (const PointSample& point : lights_.points) addPoint(point, voxel, rho, sum);
+    for (const Vec3d& direction : gather_) addReflected(direction, voxel, rho, sum);
+  }
+
+ private:
+  const Medium& medium_;
+  const Occluder& occluder_;
+  LightSamples lights_;
+  ReflectedLight reflected_;
+  std::vector<Vec3d> gather_;
+  int channels_, rays_;
+  double ball_radius_, enough_ = 0;
+  bool rescaled_ = false;
+  ChannelOptics optics_[3];
+
+  /// Adds light of mean intensity `power` (before attenuation) that travels along `direction`.
+  void add(const Vec3d& power, const Vec3d& direction, const LightPath& path, Gathered& sum) const {
+    Vec3d axis;
+    for (int a = 0; a < 3; ++a)
+      axis[a] = direction.dot(medium_.transform().axis(a)) / medium_.transform().axis(a).length();
+    for (int c = 0; c < channels_; ++c) {
+      const double sigma = optics_[c].true_sigma_t;
+      const double direct = power[c] * beamAverage(sigma * path.before, sigma * path.inside);
+      sum.direct[c] += direct;
+      sum.direct_flux[c] += axis * direct;
+      if (!rescaled_) continue;
+      const double sigma_beam = optics_[c].sigma_t_beam;
+      const double beam = power[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
+      sum.beam[c] += beam;
+      sum.beam_flux[c] += axis * beam;
+    }
+  }
+
+  /// Points of a voxel relative to its centre, spread evenly by the generalised golden ratio.
+  static Vec3d offset(int ray) {
+    constexpr double kPhi = 1.22074408460575947536;
+    const double n = ray + 0.5;
+    Vec3d u(n / kPhi, n / (kPhi * kPhi), n / (kPhi * kPhi * kPhi));
+    for (int a = 0; a < 3; ++a) u[a] -= std::floor(u[a] + 0.5);
+    return u;
+  }
+
+  void addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const {
+    const Vec3d centre = voxel.asVec3d(), toward = -beam.direction;
+    const Vec3d d = medium_.transform().directionToIndex(toward);
+    const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
+    int off_axis = 0;
+    for (int a = 0; a < 3; ++a) off_axis += std::abs(d[a]) > 1e-9 * longest;
+    // A dome's many beams average among themselves; each takes one of the points in turn.
+    const bool one_of_many = lights_.beams.size() >= 16;
+    const int rays = off_axis == 1 || one_of_many ? 1 : rays_;
+    const int first = one_of_many ? static_cast<int>(&beam - lights_.beams.data()) : 0;
+    for (int ray = 0; ray < rays; ++ray) {
+      const Vec3d p = off_axis == 1 ? centre : centre + offset(first + ray);
+      constexpr double kFar = std::numeric_limits<double>::infinity();
+      if (!occluder_.empty() && occluder_.hidden(medium_.transform().toWorld(p), toward, kFar)) continue;
+      add(beam.irradiance * (kInverseSphere / rays), beam.direction,
+          lightPath(medium_.density, rho, p, centre, toward, kFar, enough_), sum);
+    }
+  }
+
+  void addPoint(const PointSample& point, const Coord& voxel, float rho, Gathered& sum) const {
+    const Vec3d centre = voxel.asVec3d(), from = medium_.transform().toWorld(centre);
+    const Vec3d separation = point.position - from;
+    const double r = separation.length();
+    LightPath path;
+    Vec3d toward(0);
+    if (r > 1e-6 * ball_radius_) toward = separation / r;
+    const double falloff = point.profile == PointSample::Profile::kIsotropic ? 1 : point.falloff(-toward);
+    if (falloff <= 0) return;
+    if (r > ball_radius_) {
+      if (!occluder_.empty() && occluder_.hidden(from, toward, r)) return;
+      path = lightPath(medium_.density, rho, centre, centre, toward, r, enough_);
+    } else {
+      path.inside =
+          rho * ball_radius_;  // the lamp shines inside the voxel: its light leaves from 0 to the rim
+    }
+    const double spread = falloff * meanInverseSquare(r, ball_radius_) * kInverseSphere;
+    add(point.intensity * spread, -toward, path, sum);
+  }
+
+  void addReflected(const Vec3d& direction, const Coord& voxel, float rho, Gathered& sum) const {
+    const Vec3d centre = voxel.asVec3d(), from = medium_.transform().toWorld(centre), toward = -direction;
+    const auto hit = occluder_.closest(from, toward, std::numeric_limits<double>::infinity());
+    if (!hit) return;
+    const Vec3d radiance = reflected_.radiance(*hit, from, toward);
+    if (radiance.isZero()) return;
+    add(radiance / static_cast<double>(gather_.size()), direction,
+        lightPath(medium_.density, rho, centre, centre, toward, hit->distance, enough_), sum);
+  }
+};
+
+}  // namespace
+
+bool greyLight(const Scene& scene) {
+  for (const Surface& surface : scene.surfaces)
+    if (!grey(surface.albedo)) return false;
+  for (const NamedLight& named : scene.lights) {
+    if (const auto* l = std::get_if<SunLight>(&named.light); l && !grey(l->irradiance)) return false;
+    if (const auto* l = std::get_if<PointLight>(&named.light); l && !grey(l->intensity)) return false;
+    if (const auto* l = std::get_if<SpotLight>(&named.light); l && !grey(l->intensity)) return false;
+    if (const auto* l = std::get_if<AreaLight>(&named.light); l && !grey(l->radiance)) return false;
+    if (const auto* l = std::get_if<DomeLight>(&named.light)) {
+      if (!grey(l->radiance)) return false;
+      if (!l->image) continue;
+      for (const Vec3f& pixel : l->image->pixels)
+        if (pixel[0] != pixel[1] || pixel[0] != pixel[2]) return false;
+    }
+  }
+  return true;
+}
+
+FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
+                          const FirstScatterSettings& settings) {
+  const Gatherer gatherer(medium, scene, occluder, model, settings);
+  const Topology& topology = medium.topology();
+  const size_t channels = static_cast<size_t>(gatherer.channels());
+  FirstScatter result;
+  const auto vectorFields = [&] {
+    std::vector<VectorField> fields(channels);
+    for (VectorField& field : fields)
+      for (Field<float>& component : field) component = Field<float>(topology);
+    return fields;
+  };
+  for (size_t c = 0; c < channels; ++c) {
+    result.direct.emplace_back(topology);
+    if (gatherer.rescaled()) result.beam.emplace_back(topology);
+  }
+  if (gatherer.anisotropic() || settings.want_flux) result.beam_flux = vectorFields();
+  if (gatherer.rescaled() && settings.want_flux) result.direct_flux = vectorFields();
+
+  std::atomic<size_t> done{0};
+  const auto store = [&](std::vector<VectorField>& fields, const Vec3d* flux, size_t b, int voxel) {
+    for (size_t c = 0; c < fields.size(); ++c)
+      for (int a = 0; a < 3; ++a) fields[c][a].block(b)[voxel] = static_cast<float>(flux[c][a]);
+  };
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int voxel = static_cast<int>(it.pos());
+      Gathered sum;
+      for (int c = 0; c < 3; ++c) sum.direct_flux[c] = sum.beam_flux[c] = Vec3d(0);
+      gatherer.gather(topology.origin(b) + voxelLocal(voxel), medium.density.values.block(b)[voxel], sum);
+      for (size_t c = 0; c < channels; ++c) {
+        result.direct[c].block(b)[voxel] = static_cast<float>(sum.direct[c]);
+        if (!result.beam.empty()) result.beam[c].block(b)[voxel] = static_cast<float>(sum.beam[c]);
+      }
+      store(result.beam_flux, gatherer.rescaled() ? sum.beam_flux : sum.direct_flux, b, voxel);
+      store(result.direct_flux, sum.direct_flux, b, voxel);
+    }
+    const size_t finished = ++done;
+    if (settings.progress && finished % 64 == 0)
+      settings.progress("source", static_cast<double>(finished) / topology.blockCount());
+  });
+  return result;
+}
+
+}  // namespace vdb_diffuse

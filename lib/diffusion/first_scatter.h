@@ -1,0 +1,41 @@
+#pragma once
+
+#include "diffusion/model.h"
+#include "grid/progress.h"
+#include "scene/light_samples.h"
+#include "scene/occluder.h"
+
+namespace vdb_diffuse {
+
+struct FirstScatterSettings {
+  LightSampling lights;
+  int rays_per_voxel = 4;      ///< for a beam that is not along a grid axis: chords averaged in each voxel
+  int gather_directions = 64;  ///< in which a voxel looks for surfaces that reflect
+  bool want_flux = false;      ///< fill `direct_flux` even where the model does not need it
+  Progress progress;
+};
+
+/// The uncollided light in every voxel, averaged over the voxel: I_ri0 = (1/4pi) int I_ri dw and the mean
+/// (1/4pi) int I_ri s dw, the latter along the grid's axes. One channel where light and medium are grey, else
+/// three. `beam` is the same light attenuated by the rescaled medium of delta-Eddington: Q0' = beam and
+/// Q1' = 3 g' beam_flux.
+struct FirstScatter {
+  Channels direct;                       ///< I_ri0, W/m2/sr
+  Channels beam;                         ///< empty where the model does not rescale: equal to `direct`
+  std::vector<VectorField> beam_flux;    ///< by channel; empty where g' = 0 and no flux is wanted
+  std::vector<VectorField> direct_flux;  ///< by channel; only for a wanted flux of a rescaled medium
+
+  const Field<float>& sourceOf(size_t channel) const {
+    return beam.empty() ? direct[channel] : beam[channel];
+  }
+};
+
+/// Marches through the medium from every voxel toward every light sample: exact for constant voxels, and
+/// O(N^(4/3)) per direction. Light reflected by surfaces is included.
+FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
+                          const FirstScatterSettings& settings = {});
+
+/// True where all lights of the scene are grey and every surface reflects all colours alike.
+bool greyLight(const Scene& scene);
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,31 @@
+#include "diffusion/model.h"
+
+#include <cmath>
+#include <limits>
+
+namespace vdb_diffuse {
+
+ChannelOptics channelOptics(const Optics& optics, int channel, Model model) {
+  ChannelOptics c;
+  const double g = optics.g;
+  c.true_sigma_s = optics.sigma_s[channel];
+  c.sigma_a = optics.sigma_a[channel];
+  c.true_sigma_t = c.true_sigma_s + c.sigma_a;
+  c.sigma_tr = c.sigma_a + (1 - g) * c.true_sigma_s;
+  const bool rescale = model == Model::kDefault && g > 0;
+  c.sigma_s = rescale ? (1 - g * g) * c.true_sigma_s : c.true_sigma_s;
+  c.g = rescale ? g / (1 + g) : g;
+  c.sigma_t_beam = rescale ? c.sigma_a + c.sigma_s : c.true_sigma_t;
+  c.source_sigma = model == Model::kPaper ? c.true_sigma_t : c.sigma_s;
+  c.flux_factor = model == Model::kPaper ? 3 : 1;
+  return c;
+}
+
+double meanFreePathCap(const ModelSettings& settings, const Medium& medium) {
+  if (settings.mean_free_path_cap) return *settings.mean_free_path_cap;
+  if (settings.model != Model::kDefault) return std::numeric_limits<double>::infinity();
+  const double volume = medium.topology().activeVoxelCount() * medium.transform().voxelVolume();
+  return 0.2 * std::cbrt(volume);
+}
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+
+#include "medium/medium.h"
+
+namespace vdb_diffuse {
+
+/// Which equations. kDefault: P1 with the staircase area factor, the mean-free-path cap and, for g > 0,
+/// delta-Eddington. kP1: the corrected P1 equations and none of these. kPaper: as Stam (1995) prints them.
+enum class Model { kDefault, kP1, kPaper };
+
+struct ModelSettings {
+  Model model = Model::kDefault;
+  /// Length L in D = 1/(3 (sigma_tr rho + 1/L)), world units, > 0; infinity: no cap; unset: the model's own,
+  /// which is 0.2 times the cube root of the active volume for kDefault and no cap for the others.
+  std::optional<double> mean_free_path_cap;
+};
+
+/// One colour channel of a medium as the diffusion equation sees it.
+///
+/// Delta-Eddington (Joseph, Wiscombe and Weinman 1976) moves the forward peak of the phase function into the
+/// beam: f = g^2, sigma_s' = (1-f) sigma_s, g' = g/(1+g); sigma_a and sigma_tr do not change.
+struct ChannelOptics {
+  double sigma_s = 1;  ///< of the diffusion equation, 1/(length density): sigma_s' where rescaled
+  double sigma_a = 0;
+  double sigma_tr = 1;      ///< sigma_a + (1-g) sigma_s, the same before and after rescaling
+  double g = 0;             ///< of the first scatter's linear part: g' where rescaled
+  double sigma_t_beam = 1;  ///< attenuates the beam: sigma_a + sigma_s'
+  double true_sigma_s = 1, true_sigma_t = 1;
+  double source_sigma = 1;  ///< in the source term, sigma_s'; the paper prints sigma_t
+  double flux_factor = 1;   ///< 3 where the paper prints kappa = 1/(sigma_tr rho) instead of a third of it
+
+  bool rescaled() const { return sigma_t_beam != true_sigma_t; }
+};
+
+ChannelOptics channelOptics(const Optics& optics, int channel, Model model);
+
+/// The cap in world units; infinity where there is none.
+double meanFreePathCap(const ModelSettings& settings, const Medium& medium);
+
+/// With the cap off, a density so low that the mean free path exceeds this many times the cloud's own size
+/// (the cube root of its active volume) is a vacuum to it; D is bounded there, and such voxels are counted.
+constexpr double kVacuumPath = 1000;
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+
+#include "medium/medium.h"
+#include "scene/light_samples.h"
+#include "scene/occluder.h"
+
+namespace vdb_diffuse {
+
+/// Light that surfaces throw back into the medium: one bounce, Lambertian. Its radiance follows from the
+/// irradiance of the lights through the medium, computed where it is first asked for on a lattice in the
+/// plane of each triangle (cells grow with the distance from the volume) and kept.
+class ReflectedLight {
+ public:
+  ReflectedLight(const Medium& medium, const LightSamples& lights, const std::vector<Surface>& surfaces,
+                 const Occluder& occluder);
+  ~ReflectedLight();
+
+  /// True where some surface has an albedo and some light shines.
+  bool any() const;
+  /// Radiance that leaves a surface toward a ray that met it, W/m2/sr. `hit` came from
+  /// `occluder.closest(origin, direction, ...)`. The same for every caller, thread and order of calls.
+  Vec3d radiance(const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vdb_diffuse
