@@ -180,7 +180,7 @@ void run(const Words& words) {
   RenderSettings settings;
   settings.samples = words.samples;
   settings.interpolate = !words.constant_voxels;
-  const Picture picture = render(lit, Camera(view, activeCorners(lit.medium.density)), settings);
+  const Picture picture = render(lit, Camera(view, outline(lit.medium.density)), settings);
   writePicture(words, format, picture, lit.medium.optics);
 }
 

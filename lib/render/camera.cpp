@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "grid/error.h"
+#include "grid/parallel.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -24,32 +25,34 @@ Vec3d defaultOffset(const Vec3d& up) {
          up * std::sin(elevation);
 }
 
-}  // namespace
-
-std::array<Vec3d, 8> activeCorners(const Volume& volume) {
-  const Topology& topology = *volume.topology;
-  Coord low = topology.highest(), high = topology.lowest();
-  for (size_t b = 0; b < topology.blockCount(); ++b) {
-    const Coord first = topology.origin(b), last = first.offsetBy(kBlockWidth - 1);
-    bool inside = true;  // most blocks cannot widen the box
-    for (int a = 0; a < 3; ++a) inside &= first[a] >= low[a] && last[a] <= high[a];
-    if (inside) continue;
-    for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
-      const Coord p_index = first + voxelLocal(static_cast<int>(voxel.pos()));
-      low.minComponent(p_index);
-      high.maxComponent(p_index);
-    }
-  }
-  std::array<Vec3d, 8> corners;
-  for (int i = 0; i < 8; ++i) {
-    Vec3d p_index;
-    for (int a = 0; a < 3; ++a) p_index[a] = (i >> a) & 1 ? high[a] + 0.5 : low[a] - 0.5;
-    corners[i] = volume.transform.toWorld(p_index);
-  }
-  return corners;
+double middleAlong(const Vec3d& axis, const std::vector<Vec3d>& outline) {
+  const auto nearer = [&](const Vec3d& a, const Vec3d& b) { return a.dot(axis) < b.dot(axis); };
+  const auto [low, high] = std::minmax_element(outline.begin(), outline.end(), nearer);
+  return (low->dot(axis) + high->dot(axis)) / 2;
 }
 
-Camera::Camera(const CameraSettings& settings, const std::array<Vec3d, 8>& corners)
+}  // namespace
+
+std::vector<Vec3d> outline(const Volume& volume) {
+  const Topology& topology = *volume.topology;
+  std::vector<Vec3d> points(topology.blockCount() * 8);
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    Coord low(kBlockWidth), high(0);
+    for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
+      const Coord p_local = voxelLocal(static_cast<int>(voxel.pos()));
+      low.minComponent(p_local);
+      high.maxComponent(p_local);
+    }
+    for (int i = 0; i < 8; ++i) {
+      Vec3d p_index = topology.origin(b).asVec3d();
+      for (int a = 0; a < 3; ++a) p_index[a] += (i >> a) & 1 ? high[a] + 0.5 : low[a] - 0.5;
+      points[8 * b + i] = volume.transform.toWorld(p_index);
+    }
+  });
+  return points;
+}
+
+Camera::Camera(const CameraSettings& settings, const std::vector<Vec3d>& outline)
     : width_(settings.width), height_(settings.height), orthographic_(settings.ortho.has_value()) {
   if (width_ < 1 || height_ < 1) throw UsageError("--size: a picture has at least one pixel each way");
   if (settings.fov && settings.ortho) throw UsageError("--fov and --ortho exclude each other: choose one");
@@ -58,9 +61,13 @@ Camera::Camera(const CameraSettings& settings, const std::array<Vec3d, 8>& corne
   if (settings.ortho && !(*settings.ortho > 0 && std::isfinite(*settings.ortho)))
     throw UsageError("--ortho: a width above 0 is needed");
 
-  Vec3d middle(0);
-  for (const Vec3d& corner : corners) middle += corner / 8.0;
-  const Vec3d target = settings.look_at.value_or(middle);
+  Vec3d low = outline.front(), high = outline.front();
+  for (const Vec3d& point : outline) {
+    low = openvdb::math::minComponent(low, point);
+    high = openvdb::math::maxComponent(high, point);
+  }
+  const Vec3d middle = (low + high) * 0.5;
+  Vec3d target = settings.look_at.value_or(middle);
   forward_ = settings.from ? target - *settings.from : -defaultOffset(settings.up);
   if (!(forward_.length() > 0) || !std::isfinite(forward_.length()))
     throw UsageError(
@@ -72,16 +79,17 @@ Camera::Camera(const CameraSettings& settings, const std::array<Vec3d, 8>& corne
     right_ = forward_.cross(Vec3d(settings.up[1], settings.up[2], settings.up[0]));
   right_.normalize();
   up_ = right_.cross(forward_);
+  if (!settings.from && !settings.look_at)  // what shows need not be in the middle of its box
+    for (const Vec3d& axis : {right_, up_})
+      target += axis * middleAlong(axis, outline) - axis * target.dot(axis);
 
   const double aspect = static_cast<double>(width_) / height_;
-  double size = 0;
-  for (const Vec3d& corner : corners) size = std::max(size, (corner - middle).length());
   if (orthographic_) {
     half_width_ = *settings.ortho / 2;
-    position_ = settings.from.value_or(target - forward_ * 2 * size);
+    position_ = settings.from.value_or(target - forward_ * (high - low).length());
     return;
   }
-  // A corner at right*x + up*y + forward*z from the camera is in view where |x| <= z tan, |y| <= z
+  // A point at right*x + up*y + forward*z from the camera is in view where |x| <= z tan, |y| <= z
   // tan/aspect.
   const auto reach = [&](const Vec3d& v) {
     return std::max(std::abs(v.dot(right_)), std::abs(v.dot(up_)) * aspect) / kMargin;
@@ -89,8 +97,8 @@ Camera::Camera(const CameraSettings& settings, const std::array<Vec3d, 8>& corne
   if (!settings.from) {
     half_width_ = std::tan(settings.fov.value_or(kDefaultFov) / 2);
     double distance = 0;
-    for (const Vec3d& corner : corners)
-      distance = std::max(distance, reach(corner - target) / half_width_ - (corner - target).dot(forward_));
+    for (const Vec3d& point : outline)
+      distance = std::max(distance, reach(point - target) / half_width_ - (point - target).dot(forward_));
     position_ = target - forward_ * distance;
     return;
   }
@@ -100,9 +108,9 @@ Camera::Camera(const CameraSettings& settings, const std::array<Vec3d, 8>& corne
     return;
   }
   half_width_ = 0;
-  for (const Vec3d& corner : corners) {
-    const double depth = (corner - position_).dot(forward_);
-    half_width_ = depth > 0 ? std::max(half_width_, reach(corner - position_) / depth)
+  for (const Vec3d& point : outline) {
+    const double depth = (point - position_).dot(forward_);
+    half_width_ = depth > 0 ? std::max(half_width_, reach(point - position_) / depth)
                             : std::numeric_limits<double>::infinity();
     if (depth <= 0) break;
   }

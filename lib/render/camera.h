@@ -1,14 +1,14 @@
 #pragma once
 
-#include <array>
 #include <optional>
+#include <vector>
 
 #include "grid/volume.h"
 
 namespace vdb_diffuse {
 
-/// The eight corners of the box of active voxels, in world space. Only for a topology with blocks.
-std::array<Vec3d, 8> activeCorners(const Volume& volume);
+/// Points whose convex hull holds the active voxels, in world space: the corners of each block's active part.
+std::vector<Vec3d> outline(const Volume& volume);
 
 struct Ray {
   Vec3d origin;     ///< world
@@ -34,8 +34,9 @@ struct CameraSettings {
 ///        o ---- right          +------------------+  y = height
 class Camera {
  public:
+  /// \param outline  what is to be in view, not empty
   /// \throws UsageError for a view that is none: no distance to the target, an angle or a width out of range
-  Camera(const CameraSettings& settings, const std::array<Vec3d, 8>& corners);
+  Camera(const CameraSettings& settings, const std::vector<Vec3d>& outline);
 
   int width() const { return width_; }
   int height() const { return height_; }

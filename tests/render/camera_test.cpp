@@ -9,10 +9,10 @@
 namespace vdb_diffuse {
 namespace {
 
-std::array<Vec3d, 8> corners(const Vec3d& low, const Vec3d& high) {
-  std::array<Vec3d, 8> points;
+std::vector<Vec3d> corners(const Vec3d& low, const Vec3d& high) {
+  std::vector<Vec3d> points;
   for (int i = 0; i < 8; ++i)
-    points[i] = Vec3d(i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]);
+    points.emplace_back(i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]);
   return points;
 }
 
@@ -94,6 +94,23 @@ TEST(Camera, LightTravelsAgainstTheRay) {
   const Camera camera(settings, corners(Vec3d(-1), Vec3d(1)));
   const Ray ray = camera.ray(100.5, 40.5);
   EXPECT_LT((camera.toward(ray.origin + ray.direction * 3) + ray.direction).length(), 1e-12);
+}
+
+TEST(Camera, OutlineHoldsTheActiveVoxelsAndNoMore) {
+  Volume volume;
+  std::vector<BlockMask> active(2);
+  active[0].setOn(voxelOffset(7, 1, 2));
+  active[1].setOn(voxelOffset(3, 4, 5));
+  volume.topology = std::make_shared<Topology>(std::vector<Coord>{{-8, 0, 0}, {16, 0, 0}}, active);
+  volume.transform = Transform::uniform(0.5, Vec3d(100, 0, 0));
+  Vec3d low(1e9), high(-1e9);
+  for (const Vec3d& p : outline(volume))
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], p[a]);
+      high[a] = std::max(high[a], p[a]);
+    }
+  EXPECT_EQ(low, Vec3d(100 - 0.75, 0.25, 0.75));
+  EXPECT_EQ(high, Vec3d(100 + 9.75, 2.25, 2.75));
 }
 
 TEST(Camera, RefusesViewsThatAreNone) {

@@ -59,10 +59,10 @@ Camera downThrough(const LitVolume& lit) {
   CameraSettings settings;
   settings.width = settings.height = 1;
   settings.ortho = 0.1;
-  const auto corners = activeCorners(lit.medium.density);
-  settings.look_at = (corners[0] + corners[7]) * 0.5;
+  const Transform& transform = lit.medium.transform();
+  settings.look_at = transform.toWorld(Vec3d(-0.5, -0.5, -1.5));
   settings.from = *settings.look_at + Vec3d(0, 0, 10);
-  return Camera(settings, corners);
+  return Camera(settings, outline(lit.medium.density));
 }
 
 double sum(const Picture& picture) {
@@ -107,7 +107,7 @@ TEST(Render, ThickFurnaceOfAlbedoOneShowsTheRadianceInside) {
   lit.direct.push_back(constant(lit, 1.75f));
   CameraSettings view;
   view.width = view.height = 24;
-  const Picture picture = render(lit, Camera(view, activeCorners(lit.medium.density)));
+  const Picture picture = render(lit, Camera(view, outline(lit.medium.density)));
   double least = 1;
   for (size_t i = 0; i < picture.transmittance.size(); ++i) {
     EXPECT_NEAR(picture.radiance.pixels[i][1], 3 * (1 - picture.transmittance[i][1]), 1e-5);
@@ -122,7 +122,7 @@ TEST(Render, EdgesOfTheActiveVoxelsDoNotDarkenTheLight) {
   lit.diffuse.push_back(constant(lit, 2));
   CameraSettings view;
   view.width = view.height = 40;
-  const Picture picture = render(lit, Camera(view, activeCorners(lit.medium.density)));
+  const Picture picture = render(lit, Camera(view, outline(lit.medium.density)));
   const std::vector<float> alpha = opacity(picture);
   for (size_t i = 0; i < alpha.size(); ++i) EXPECT_NEAR(picture.radiance.pixels[i][0], 2 * alpha[i], 1e-6);
 }
@@ -140,7 +140,7 @@ TEST(Render, NothingIsCutOffWhereABlockEnds) {
     view.ortho = 20;
     view.look_at = Vec3d(0);
     view.from = Vec3d(-13, -31, 9);
-    return render(lit, Camera(view, activeCorners(lit.medium.density)));
+    return render(lit, Camera(view, outline(lit.medium.density)));
   };
   const Picture a = ball(Vec3d(8)), b = ball(Vec3d(11));
   for (size_t i = 0; i < a.radiance.pixels.size(); ++i)
@@ -169,7 +169,7 @@ TEST(Render, AQuarterTurnOfTheCameraAboutASymmetricVolumeChangesNothing) {
     view.from = from;
     view.look_at = Vec3d(0);
     view.fov = 0.9;
-    pictures.push_back(render(lit, Camera(view, activeCorners(lit.medium.density))));
+    pictures.push_back(render(lit, Camera(view, outline(lit.medium.density))));
   }
   for (int turn = 1; turn < 4; ++turn)
     for (size_t i = 0; i < pictures[0].radiance.pixels.size(); ++i)
@@ -179,7 +179,7 @@ TEST(Render, AQuarterTurnOfTheCameraAboutASymmetricVolumeChangesNothing) {
 
 TEST(Render, PerspectiveFromFarAwayIsOrthographic) {
   const LitVolume lit = gradientBall();
-  const auto corners = activeCorners(lit.medium.density);
+  const auto corners = outline(lit.medium.density);
   CameraSettings view;
   view.width = 40;
   view.height = 30;
@@ -226,7 +226,7 @@ TEST(Render, GreyInThreeChannelsIsGreyInOne) {
   LitVolume lit = gradientBall();
   CameraSettings view;
   view.width = view.height = 16;
-  const Camera camera(view, activeCorners(lit.medium.density));
+  const Camera camera(view, outline(lit.medium.density));
   const Picture one = render(lit, camera);
   lit.diffuse = {lit.diffuse[0], lit.diffuse[0], lit.diffuse[0]};
   const Picture three = render(lit, camera);
@@ -239,7 +239,7 @@ TEST(Render, ThreadsDoNotChangeABit) {
   CameraSettings view;
   view.width = 50;
   view.height = 34;
-  const Camera camera(view, activeCorners(lit.medium.density));
+  const Camera camera(view, outline(lit.medium.density));
   const Picture many = render(lit, camera);
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   EXPECT_EQ(render(lit, camera).radiance.pixels, many.radiance.pixels);
@@ -249,7 +249,7 @@ TEST(Render, ConvergesUnderMoreSamplesToTheSameLight) {
   const LitVolume lit = gradientBall();
   CameraSettings view;
   view.width = view.height = 16;
-  const Camera camera(view, activeCorners(lit.medium.density));
+  const Camera camera(view, outline(lit.medium.density));
   RenderSettings coarse, fine;
   coarse.samples = 4;
   fine.samples = 12;
