@@ -57,7 +57,7 @@ class ImageFile : public testing::Test {
 Image ramp(int width, int height) {
   Image image{width, height, {}};
   for (int i = 0; i < width * height; ++i)
-    image.pixels.emplace_back(0.001f * i, std::exp(0.01f * i), i % 7 == 0 ? 0.0f : 1e5f / (i + 1));
+    image.pixels.emplace_back(0.001f * i, std::exp(0.01f * i), i % 7 == 0 ? 0.0f : 1e6f / (i + 1));
   return image;
 }
 
@@ -215,6 +215,9 @@ TEST_F(ImageFile, WindowsThatTheFileCannotFillAreRefusedBeforeMemoryIsTaken) {
     store(path("big.exr"), withWindows(bytes, window, window));
     refusal(path("big.exr"));
   }
+  store(path("big.exr"), withWindows(bytes, {0, 0, 19999, 9999}, {0, 0, 19999, 9999}));
+  fs::resize_file(path("big.exr"), 4000000000);  // sparse: long enough, but more than is ever taken in
+  EXPECT_NE(refusal(path("big.exr")).find("allowed"), std::string::npos);
   store(path("crop.exr"), withWindows(bytes, {0, 0, 19, 39}, {0, 0, 39, 79}));
   EXPECT_NE(refusal(path("crop.exr")).find("display window"), std::string::npos);
 }

@@ -86,6 +86,18 @@ TEST(Render, BoxTransmitsByBeerLambertPerChannel) {
   }
 }
 
+TEST(Render, OpticalDepthOfATrilinearPeakIsExact) {
+  // One voxel: along the space diagonal rho falls as (1-|s|)^3, s in voxels per axis, whose integral is 1/2.
+  LitVolume lit = volumeOf({3, 3, 3}, {3, 3, 3}, [](const Vec3d&) { return 1.0; });
+  CameraSettings view;
+  view.width = view.height = 1;
+  view.ortho = 1e-6;
+  view.look_at = Vec3d(3, 3, 3);
+  view.from = Vec3d(13, 13, 13);
+  const Picture picture = render(lit, Camera(view, outline(lit.medium.density)));
+  EXPECT_NEAR(picture.transmittance[0][0], std::exp(-std::sqrt(3.0) / 2), 1e-6);
+}
+
 TEST(Render, SelfEmissionFillsUpToItsRadiance) {
   for (const bool interpolate : {true, false}) {
     LitVolume lit = box(0.7);
@@ -243,6 +255,21 @@ TEST(Render, ThreadsDoNotChangeABit) {
   const Picture many = render(lit, camera);
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   EXPECT_EQ(render(lit, camera).radiance.pixels, many.radiance.pixels);
+}
+
+TEST(Render, EdgesAreCoveredByTheirShareOfThePixel) {
+  // The box is 3 pixels wide in a picture of 4: stratified rays give 1/2 on its sides, 1/4 on its corners.
+  const LitVolume lit = box(100);
+  CameraSettings view;
+  view.width = view.height = 4;
+  view.ortho = 20 * 0.25 * 4 / 3;
+  view.look_at = lit.medium.transform().toWorld(Vec3d(-0.5, -0.5, -1.5));
+  view.from = *view.look_at + Vec3d(0, 0, 10);
+  RenderSettings settings;
+  settings.interpolate = false;
+  const std::vector<float> alpha = opacity(render(lit, Camera(view, outline(lit.medium.density)), settings));
+  const double share[4] = {0.5, 1, 1, 0.5};
+  for (int i = 0; i < 16; ++i) EXPECT_NEAR(alpha[i], share[i % 4] * share[i / 4], 1e-6);
 }
 
 TEST(Render, ConvergesUnderMoreSamplesToTheSameLight) {
