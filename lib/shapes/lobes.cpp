@@ -104,17 +104,19 @@ float depthInLobes(const std::vector<Lobe>& lobes, CloudPoint p, float least, fl
 void lobesNear(const std::vector<Lobe>& lobes, CloudPoint centre, float radius, float least,
                std::vector<Lobe>& near) {
   near.clear();
-  float shallowest = least;  // of the deepest lobe, within the ball
+  float deepest_reached = least, shallowest = least;  // of the deepest lobe, over the ball
   const auto depthAtBest = [&](const Lobe& lobe, float size) {
     return size - std::sqrt(squaredDistance(lobe.centre, centre)) + radius;
   };
   for (size_t i = 0; i < lobes.size();) {
     const Lobe& lobe = lobes[i];
     const float own = depthAtBest(lobe, lobe.radius);
-    if (own > least) near.push_back(lobe);
+    if (own > least - kCrease) near.push_back(lobe);
+    deepest_reached = std::max(deepest_reached, own);
     shallowest = std::max(shallowest, own - 2 * radius);
-    i = depthAtBest(lobe, lobe.reach) > least ? i + 1 : lobe.end;
+    i = depthAtBest(lobe, lobe.reach) > least - kCrease ? i + 1 : lobe.end;
   }
+  if (deepest_reached <= least) near.clear();
   const auto drowned = [&](const Lobe& lobe) {
     return depthAtBest(lobe, lobe.radius) < shallowest - kCrease;
   };

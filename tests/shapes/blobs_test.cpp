@@ -32,7 +32,7 @@ TEST(Blobs, MassIsTheSumOfTheBlobs) {
 
 TEST(Blobs, EndWithoutAStep) {
   BlobsSettings settings;
-  settings.size.voxels = 100000;
+  settings.size.voxels = 400000;
   const Volume volume = makeBlobs(settings);
   float edge = 0;
   forEachActive(volume, [&](const Coord& p, float value) {
@@ -43,7 +43,7 @@ TEST(Blobs, EndWithoutAStep) {
     }
   });
   EXPECT_GT(edge, 0);
-  EXPECT_LT(edge, 1e-3 * settings.peak);
+  EXPECT_LT(edge, 1e-4 * settings.peak);
 }
 
 TEST(Blobs, DependOnTheSeedAndNotOnTheThreads) {
