@@ -1,0 +1,241 @@
+#include "io/vdb_reader.h"
+
+#include <openvdb/openvdb.h>
+
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include "grid/error.h"
+#include "grid/spelling.h"
+#include "io/free_memory.h"
+#include "io/vdb_header.h"
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr float kLargestDensity = 1e30f;  // its products with sigma and voxel size stay within a float
+
+bool isScalar(const GridSummary& grid) {
+  return grid.value_type == "float" || grid.value_type == "double";
+}
+bool isFog(const GridSummary& grid) {
+  return isScalar(grid) && (grid.grid_class == "fog volume" || grid.grid_class == "unknown");
+}
+
+GridSummary summaryOf(const openvdb::GridBase& grid) {
+  GridSummary summary;
+  summary.value_type = grid.valueType();
+  summary.grid_class = openvdb::GridBase::gridClassToString(grid.getGridClass());
+  if (grid.type().find("ptdata") != std::string::npos) summary.value_type = summary.grid_class = "points";
+  summary.half = grid.saveFloatAsHalf();
+  return summary;
+}
+
+std::string at(const Coord& p) {
+  return "(" + std::to_string(p[0]) + "," + std::to_string(p[1]) + "," + std::to_string(p[2]) + ")";
+}
+
+struct BadValues {
+  uint64_t count = 0, too_large = 0;
+  Coord first{0, 0, 0};
+  float value = 0;
+  bool any() const { return count + too_large > 0; }
+  BadValues& operator+=(const BadValues& o) {
+    if (!any() && o.any()) {
+      first = o.first;
+      value = o.value;
+    }
+    count += o.count;
+    too_large += o.too_large;
+    return *this;
+  }
+};
+
+/// Holds the active values to 0..kLargestDensity: refuses, or with `clamp` repairs, what is not finite or is
+/// negative; what is larger is refused always, as no value in its place would be right.
+void requireRange(const std::string& name, const Topology& topology, Field<float>& values, bool clamp) {
+  const BadValues bad = sumOverBlocks<BadValues>(topology.blockCount(), [&](size_t b) {
+    BadValues s;
+    float* value = values.block(b);
+    for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
+      float& v = value[voxel.pos()];
+      const bool large = std::isfinite(v) && v > kLargestDensity;
+      if (v >= 0 && v <= kLargestDensity) continue;
+      if (clamp && !large) {
+        v = 0;
+        continue;
+      }
+      if (!s.any()) {
+        s.first = topology.origin(b) + voxelLocal(voxel.pos());
+        s.value = v;
+      }
+      ++(large ? s.too_large : s.count);
+    }
+    return s;
+  });
+  if (!bad.any()) return;
+  char value[40];
+  std::snprintf(value, sizeof value, "%g", bad.value);
+  throw InputError("grid " + name + ": " + std::to_string(bad.count + bad.too_large) +
+                   " active values are not finite, negative or above 1e30, the first " + value +
+                   " at voxel " + at(bad.first) +
+                   (bad.too_large ? "; rescale the grid" : "; mend the grid, or set them to 0 by --clamp"));
+}
+
+}  // namespace
+
+struct VdbFile::Impl {
+  std::string path;
+  VdbHeader header;
+  std::unique_ptr<openvdb::io::File> file;
+  std::vector<GridSummary> grids;
+  std::map<std::string, openvdb::GridBase::Ptr> read;
+  std::mutex mutex;  // a File has one position for reading
+
+  /// Runs work on the file and turns whatever it throws into an InputError that names the file.
+  template <typename Work>
+  auto guarded(const Work& work) const -> decltype(work()) {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      const std::string what = error.what();
+      throw what.compare(0, path.size(), path) == 0 ? error : InputError(path + ": " + what);
+    } catch (const Error&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      throw InputError(path + ": cannot be read: " + error.what());
+    }
+  }
+
+  const GridSummary& find(const std::string& name) const {
+    for (const GridSummary& grid : grids)
+      if (grid.name == name) return grid;
+    std::vector<std::string> names;
+    for (const GridSummary& grid : grids) names.push_back(grid.name);
+    const std::string nearest = nearestSpelling(name, names);
+    throw InputError("no grid " + name + (nearest.empty() ? "" : "; did you mean " + nearest + "?") +
+                     (names.empty() ? "; it has no grids" : "; it has " + commaList(names)));
+  }
+
+  /// Says why a grid cannot be a density, if it cannot.
+  void requireFog(const GridSummary& grid, const std::string& use) const {
+    const std::string start = "grid " + grid.name + ": ";
+    if (grid.value_type == "points")
+      throw InputError(start + "holds points; " + use + " is a float fog volume: rasterise the points first");
+    if (grid.grid_class == "level set")
+      throw InputError(start + "is a level set; " + use +
+                       " is a fog volume: convert it first (sdfToFogVolume)");
+    if (!isScalar(grid))
+      throw InputError(start + "holds " + grid.value_type + "; " + use + " is a float grid");
+  }
+};
+
+VdbFile::VdbFile(const std::string& path) : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  impl_->header = readVdbHeader(path);  // the place for every check on the bytes, before OpenVDB trusts them
+  openvdb::initialize();
+  impl_->guarded([&] {
+    impl_->file = std::make_unique<openvdb::io::File>(path);
+    impl_->file->open(false);
+    for (auto name = impl_->file->beginName(); name != impl_->file->endName(); ++name) {
+      const openvdb::GridBase::Ptr grid = impl_->file->readGridMetadata(name.gridName());
+      GridSummary summary = summaryOf(*grid);
+      summary.name = name.gridName();
+      for (const VdbHeader::Grid& stored : impl_->header.grids)
+        if (stored.name == summary.name) summary.compression = compressionName(stored.compression);
+      impl_->grids.push_back(summary);
+    }
+  });
+}
+
+VdbFile::~VdbFile() = default;
+VdbFile::VdbFile(VdbFile&&) noexcept = default;
+VdbFile& VdbFile::operator=(VdbFile&&) noexcept = default;
+
+const std::string& VdbFile::path() const {
+  return impl_->path;
+}
+const std::vector<GridSummary>& VdbFile::grids() const {
+  return impl_->grids;
+}
+
+bool VdbFile::has(const std::string& name) const {
+  for (const GridSummary& grid : impl_->grids)
+    if (grid.name == name) return true;
+  return false;
+}
+
+std::string VdbFile::densityName(const std::string& name) const {
+  return impl_->guarded([&]() -> std::string {
+    if (!name.empty()) return impl_->find(name).name;
+    if (has("density")) return "density";
+    std::vector<std::string> all, fogs;
+    for (const GridSummary& grid : impl_->grids) {
+      all.push_back(grid.name + " (" + (grid.grid_class == "unknown" ? "" : grid.grid_class + ", ") +
+                    grid.value_type + ")");
+      if (isFog(grid)) fogs.push_back(grid.name);
+    }
+    if (fogs.size() == 1) return fogs[0];
+    if (fogs.size() > 1)
+      throw InputError("no grid density, and several that could be: " + commaList(fogs) +
+                       "; choose by --density");
+    // A single grid of another kind gets its own, more telling refusal.
+    if (all.size() == 1) return impl_->grids[0].name;
+    throw InputError("no grid density and no other float fog volume; it has " +
+                     (all.empty() ? "no grids" : commaList(all)));
+  });
+}
+
+Volume VdbFile::readDensity(const std::string& name, const ReadSettings& settings) const {
+  const std::string chosen = densityName(name);
+  return impl_->guarded([&] {
+    impl_->requireFog(impl_->find(chosen), "a density");
+    GridValues values = readValues(chosen, settings);
+    requireRange(chosen, *values.topology, values.channels[0], settings.clamp);
+    return Volume{chosen, values.topology, values.transform, std::move(values.channels[0])};
+  });
+}
+
+GridValues VdbFile::readValues(const std::string& name, const ReadSettings& settings) const {
+  return impl_->guarded([&] {
+    const auto grid = readGrid(name);
+    return valuesOf(*grid, settings.max_bytes ? settings.max_bytes : freeMemory());
+  });
+}
+
+Field<float> VdbFile::readOnto(const std::string& name, const Volume& target,
+                               const ReadSettings& settings) const {
+  return impl_->guarded([&] {
+    impl_->requireFog(impl_->find(name), "what is wanted");
+    Field<float> values = sampleOnto(*readGrid(name), target);
+    requireRange(name, *target.topology, values, settings.clamp);
+    return values;
+  });
+}
+
+Census VdbFile::readCensus(const std::string& name) const {
+  return impl_->guarded([&] { return census(*readGrid(name)); });
+}
+
+std::shared_ptr<const openvdb::GridBase> VdbFile::readGrid(const std::string& name) const {
+  return impl_->guarded([&]() -> std::shared_ptr<const openvdb::GridBase> {
+    impl_->find(name);
+    const std::lock_guard<std::mutex> lock(impl_->mutex);
+    openvdb::GridBase::Ptr& grid = impl_->read[name];
+    if (!grid) grid = impl_->file->readGrid(name);
+    return grid;
+  });
+}
+
+std::vector<std::pair<std::string, std::string>> VdbFile::metadata() const {
+  std::vector<std::pair<std::string, std::string>> result;
+  const openvdb::MetaMap::Ptr metadata = impl_->file->getMetadata();
+  for (auto item = metadata->beginMeta(); item != metadata->endMeta(); ++item)
+    result.emplace_back(item->first, item->second->str());
+  return result;
+}
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grid/convert.h"
+
+namespace vdb_diffuse {
+
+struct ReadSettings {
+  uint64_t max_bytes = 0;  ///< a volume may take this much memory; 0: what the machine has free
+  bool clamp = false;      ///< values that are not finite or are negative become 0, instead of being refused
+};
+
+/// What a grid says of itself, without its values having been read.
+struct GridSummary {
+  std::string name;
+  std::string value_type;   ///< float, double, vec3s, bool, int32, ...; points for a PointDataGrid
+  std::string grid_class;   ///< "fog volume", "level set", "staggered vector field", "points", "unknown"
+  std::string compression;  ///< as stored in the file; empty where the file does not tell
+  bool half = false;        ///< values are stored in 16 bits
+};
+
+/// A VDB file opened for reading. Grids are read on demand, whole (no delayed loading), and kept, so that
+/// they can be passed through to an output unchanged. Every failure is an InputError that begins with the
+/// path.
+class VdbFile {
+ public:
+  /// Opens regular files only, so that it never blocks, and checks the file's frame before OpenVDB sees it.
+  explicit VdbFile(const std::string& path);
+  ~VdbFile();
+  VdbFile(VdbFile&&) noexcept;
+  VdbFile& operator=(VdbFile&&) noexcept;
+
+  const std::string& path() const;
+  const std::vector<GridSummary>& grids() const;
+  bool has(const std::string& name) const;
+
+  /// The density that `readDensity` would take for `name`; empty asks for "density", else the only float fog
+  /// grid.
+  std::string densityName(const std::string& name = "") const;
+  /// A scalar fog grid with values in 0..1e30. Level sets, points, vectors, integers, transforms that are not
+  /// linear with right angles, and volumes that do not fit in memory are refused.
+  Volume readDensity(const std::string& name = "", const ReadSettings& settings = {}) const;
+  /// A float, double, vec3s or vec3d grid with whatever values it has.
+  GridValues readValues(const std::string& name, const ReadSettings& settings = {}) const;
+  /// A scalar grid, held to the same range as a density, at the active voxels of `target`: trilinear, or
+  /// copied where the voxels are the same.
+  Field<float> readOnto(const std::string& name, const Volume& target,
+                        const ReadSettings& settings = {}) const;
+
+  Census readCensus(const std::string& name) const;
+  /// The grid as OpenVDB reads it.
+  std::shared_ptr<const openvdb::GridBase> readGrid(const std::string& name) const;
+  /// Copies of the file's own metadata, as text.
+  std::vector<std::pair<std::string, std::string>> metadata() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vdb_diffuse

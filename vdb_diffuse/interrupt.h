@@ -1,0 +1,13 @@
+#pragma once
+
+namespace vdb_diffuse {
+
+/// From here on the first SIGINT asks the work to stop at its next step, a second one ends the process at
+/// once with status 130; SIGTERM and SIGHUP end it at once. No temporary file is left behind. A write beyond
+/// a file size limit becomes an error where it happens, instead of a signal.
+void catchSignals();
+
+/// Throws `Interrupted` after a SIGINT.
+void throwIfInterrupted();
+
+}  // namespace vdb_diffuse
