@@ -1,6 +1,7 @@
 #pragma once
 
 #include <openvdb/math/Mat3.h>
+#include <openvdb/Types.h>
 #include <openvdb/math/Vec3.h>
 
 #include <cmath>
