@@ -1,5 +1,5 @@
-#include <cstdio>
 #include <iostream>
+#include <limits>
 
 #include "commands.h"
 #include "grid/spelling.h"
@@ -9,6 +9,9 @@ namespace vdb_diffuse {
 namespace {
 
 int report(const std::string& command, std::string what, ExitStatus status) {
+  const std::string largest = std::to_string(std::numeric_limits<double>::max());  // CLI11's "no upper limit"
+  if (const size_t at = what.find(largest); at != std::string::npos)
+    what.replace(at, largest.size(), "infinity");
   for (char& c : what)
     if (c == '\n') c = ' ';
   while (!what.empty() && what.back() == ' ') what.pop_back();

@@ -34,7 +34,7 @@ class VdbFile {
   VdbFile& operator=(VdbFile&&) noexcept;
 
   const std::string& path() const;
-  const std::vector<GridSummary>& grids() const;
+  const std::vector<GridSummary>& grids() const;  ///< in the order of their names
   bool has(const std::string& name) const;
 
   /// The density that `readDensity` would take for `name`; empty asks for "density", else the only float fog

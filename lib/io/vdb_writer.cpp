@@ -57,7 +57,7 @@ std::vector<std::shared_ptr<const Topology>> widened(const std::shared_ptr<const
   return result;
 }
 
-/// Grids of the source to pass through, in the source's order.
+/// Grids of the source to pass through, in the order in which it lists them.
 std::vector<std::string> keptNames(const VdbFile* source, const std::vector<std::string>& keep,
                                    const std::set<std::string>& written) {
   if (keep.empty()) return {};
