@@ -28,7 +28,7 @@ struct BakeFlags {
   double tolerance = 1e-4;
   int threads = 0, dilate = 0;
   std::vector<std::string> grids{"density", "diffuse", "direct"}, keep;
-  bool half = false, clamp = false;
+  bool half = false, clamp = false, exact_shadows = false;
 
   bool wants(const std::string& grid) const {
     return std::find(grids.begin(), grids.end(), grid) != grids.end();
@@ -169,6 +169,7 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   DiffuseSettings settings;
   settings.model = model;
   settings.tolerance = flags.tolerance;
+  settings.source.exact_march = flags.exact_shadows;
   settings.want_flux = flags.wants("flux");
   settings.progress = progress;
   DiffuseResult result = diffuse(medium, scene.scene, settings);
@@ -238,6 +239,10 @@ void addBake(CLI::App& program, ExitStatus& status) {
       ->group(method)
       ->capture_default_str();
   command->add_option("--threads", flags->threads, "At most this many; default all")->group(method);
+  command
+      ->add_flag("--exact-shadows", flags->exact_shadows,
+                 "March from every voxel to every light, slowly, instead of sweeping along each direction")
+      ->group(method);
   command
       ->add_flag("--clamp", flags->clamp,
                  "Take densities that are not finite or negative as 0, not as an error")

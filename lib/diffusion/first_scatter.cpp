@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "diffusion/beam_sweep.h"
 #include "diffusion/light_path.h"
 #include "diffusion/reflected_light.h"
 
@@ -13,6 +14,17 @@ constexpr double kInverseSphere = 1 / (4 * M_PI);
 
 bool grey(const Vec3d& c) {
   return c[0] == c[1] && c[0] == c[2];
+}
+
+/// From so many beams on, as a dome has, they average among themselves and each takes one ray per voxel.
+constexpr size_t kManyBeams = 16;
+
+/// Points of the unit square or cube, spread evenly by the generalised golden ratio of `dimensions`;
+/// -1/2..1/2.
+double spreadPoint(int n, int axis, int dimensions) {
+  const double phi = dimensions == 2 ? 1.32471795724474602596 : 1.22074408460575947536;
+  const double u = (n + 0.5) / std::pow(phi, axis + 1);
+  return u - std::floor(u + 0.5);
 }
 
 /// What one voxel has gathered: per channel the mean over directions and the vector mean, for the true and
@@ -47,10 +59,40 @@ class Gatherer {
   bool rescaled() const { return rescaled_; }
   bool anisotropic() const { return optics_[0].g != 0; }
 
-  void gather(const Coord& voxel, float rho, Gathered& sum) const {
-    for (const BeamSample& beam : lights_.beams) addBeam(beam, voxel, rho, sum);
+  bool hasPoints() const { return !lights_.points.empty(); }
+
+  /// Marches from a voxel to the lights: to all of them, or only to those at a finite distance.
+  void gather(const Coord& voxel, float rho, bool all, Gathered& sum) const {
     for (const PointSample& point : lights_.points) addPoint(point, voxel, rho, sum);
+    if (!all) return;
+    for (const BeamSample& beam : lights_.beams) addBeam(beam, voxel, rho, sum);
     for (const Vec3d& direction : gather_) addReflected(direction, voxel, rho, sum);
+  }
+
+  /// Sweeps along all beams, and along the directions of reflected light.
+  void sweep(FirstScatter& sum, const Progress& progress) const {
+    const std::vector<ChannelOptics> optics(optics_, optics_ + channels_);
+    const BeamSweep sweeps(medium_, optics, occluder_, reflected_);
+    const bool many = lights_.beams.size() >= kManyBeams;
+    const size_t total = lights_.beams.size() + gather_.size();
+    for (size_t n = 0; n < total; ++n) {
+      Beam beam;
+      const bool reflected = n >= lights_.beams.size();
+      if (reflected) {
+        beam.direction = gather_[n - lights_.beams.size()];
+        beam.from_surfaces = true;
+        beam.weight = 1.0 / static_cast<double>(gather_.size());
+      } else {
+        beam.direction = lights_.beams[n].direction;
+        beam.power = lights_.beams[n].irradiance * kInverseSphere;
+      }
+      if (many || reflected)
+        for (int a = 0; a < 2; ++a) beam.shift[a] = 0.5 + spreadPoint(static_cast<int>(n), a, 2);
+      else
+        beam.rays = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(rays_))));
+      sweeps.add(beam, sum);
+      if (progress) progress("source", static_cast<double>(n + 1) / total);
+    }
   }
 
  private:
@@ -82,13 +124,8 @@ class Gatherer {
     }
   }
 
-  /// Points of a voxel relative to its centre, spread evenly by the generalised golden ratio.
   static Vec3d offset(int ray) {
-    constexpr double kPhi = 1.22074408460575947536;
-    const double n = ray + 0.5;
-    Vec3d u(n / kPhi, n / (kPhi * kPhi), n / (kPhi * kPhi * kPhi));
-    for (int a = 0; a < 3; ++a) u[a] -= std::floor(u[a] + 0.5);
-    return u;
+    return Vec3d(spreadPoint(ray, 0, 3), spreadPoint(ray, 1, 3), spreadPoint(ray, 2, 3));
   }
 
   void addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const {
@@ -97,8 +134,7 @@ class Gatherer {
     const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
     int off_axis = 0;
     for (int a = 0; a < 3; ++a) off_axis += std::abs(d[a]) > 1e-9 * longest;
-    // A dome's many beams average among themselves; each takes one of the points in turn.
-    const bool one_of_many = lights_.beams.size() >= 16;
+    const bool one_of_many = lights_.beams.size() >= kManyBeams;
     const int rays = off_axis == 1 || one_of_many ? 1 : rays_;
     const int first = one_of_many ? static_cast<int>(&beam - lights_.beams.data()) : 0;
     for (int ray = 0; ray < rays; ++ray) {
@@ -180,23 +216,28 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
   if (gatherer.anisotropic() || settings.want_flux) result.beam_flux = vectorFields();
   if (gatherer.rescaled() && settings.want_flux) result.direct_flux = vectorFields();
 
+  if (topology.blockCount() == 0) return result;
+  if (!settings.exact_march) gatherer.sweep(result, settings.progress);
+  if (!settings.exact_march && !gatherer.hasPoints()) return result;
+
   std::atomic<size_t> done{0};
-  const auto store = [&](std::vector<VectorField>& fields, const Vec3d* flux, size_t b, int voxel) {
+  const auto add = [](std::vector<VectorField>& fields, const Vec3d* flux, size_t b, int voxel) {
     for (size_t c = 0; c < fields.size(); ++c)
-      for (int a = 0; a < 3; ++a) fields[c][a].block(b)[voxel] = static_cast<float>(flux[c][a]);
+      for (int a = 0; a < 3; ++a) fields[c][a].block(b)[voxel] += static_cast<float>(flux[c][a]);
   };
   forEachBlock(topology.blockCount(), [&](size_t b) {
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int voxel = static_cast<int>(it.pos());
       Gathered sum;
       for (int c = 0; c < 3; ++c) sum.direct_flux[c] = sum.beam_flux[c] = Vec3d(0);
-      gatherer.gather(topology.origin(b) + voxelLocal(voxel), medium.density.values.block(b)[voxel], sum);
+      gatherer.gather(topology.origin(b) + voxelLocal(voxel), medium.density.values.block(b)[voxel],
+                      settings.exact_march, sum);
       for (size_t c = 0; c < channels; ++c) {
-        result.direct[c].block(b)[voxel] = static_cast<float>(sum.direct[c]);
-        if (!result.beam.empty()) result.beam[c].block(b)[voxel] = static_cast<float>(sum.beam[c]);
+        result.direct[c].block(b)[voxel] += static_cast<float>(sum.direct[c]);
+        if (!result.beam.empty()) result.beam[c].block(b)[voxel] += static_cast<float>(sum.beam[c]);
       }
-      store(result.beam_flux, gatherer.rescaled() ? sum.beam_flux : sum.direct_flux, b, voxel);
-      store(result.direct_flux, sum.direct_flux, b, voxel);
+      add(result.beam_flux, gatherer.rescaled() ? sum.beam_flux : sum.direct_flux, b, voxel);
+      add(result.direct_flux, sum.direct_flux, b, voxel);
     }
     const size_t finished = ++done;
     if (settings.progress && finished % 64 == 0)

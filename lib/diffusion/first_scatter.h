@@ -9,7 +9,8 @@ namespace vdb_diffuse {
 
 struct FirstScatterSettings {
   LightSampling lights;
-  int rays_per_voxel = 4;      ///< for a beam that is not along a grid axis: chords averaged in each voxel
+  int rays_per_voxel = 9;      ///< of a beam that is not along a grid axis; many beams (a dome) take one each
+  bool exact_march = false;    ///< march from every voxel to every light instead of sweeping along beams
   int gather_directions = 64;  ///< in which a voxel looks for surfaces that reflect
   bool want_flux = false;      ///< fill `direct_flux` even where the model does not need it
   Progress progress;
@@ -30,8 +31,9 @@ struct FirstScatter {
   }
 };
 
-/// Marches through the medium from every voxel toward every light sample: exact for constant voxels, and
-/// O(N^(4/3)) per direction. Light reflected by surfaces is included.
+/// Beams are swept (beam_sweep.h), O(N) each. Lights at a finite distance are marched to from every voxel,
+/// exact for constant voxels and O(N^(4/3)) for each of their samples; with `exact_march` all are. Light
+/// reflected by surfaces is included.
 FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
                           const FirstScatterSettings& settings = {});
 

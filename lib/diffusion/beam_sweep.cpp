@@ -1,0 +1,225 @@
+#include "diffusion/beam_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "grid/parallel.h"
+#include "grid/ray_march.h"
+#include "medium/transmittance.h"
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr int kTile = 8;  // lattice tiles, in voxels: more than two, the width that rays of one voxel span
+constexpr double kGone = 1e-17;  // transmittance below which light is beyond any float beside the rest
+
+/// A lattice in index space: the ray (i, j) passes through (u, v) where the axis w is zero.
+struct Lattice {
+  int u, v, w;  // axes
+  Vec3d d;      // direction in index space, |d[w]| = 1
+  int rays;     // per voxel and axis
+  double shift[2];
+  double length;  // world length per unit of t
+  Vec3d start(int64_t i, int64_t j) const {
+    Vec3d p(0);
+    p[u] = (i + shift[0]) / rays - 0.5;
+    p[v] = (j + shift[1]) / rays - 0.5;
+    return p;
+  }
+};
+
+Lattice latticeOf(const Beam& beam, const Transform& transform) {
+  Lattice lattice;
+  Vec3d d = transform.directionToIndex(beam.direction);
+  lattice.w = 0;
+  for (int a = 1; a < 3; ++a)
+    if (std::abs(d[a]) > std::abs(d[lattice.w])) lattice.w = a;
+  lattice.u = (lattice.w + 1) % 3;
+  lattice.v = (lattice.w + 2) % 3;
+  d /= std::abs(d[lattice.w]);
+  for (int a = 0; a < 3; ++a)
+    if (std::abs(d[a]) < 1e-12) d[a] = 0;
+  lattice.d = d;
+  lattice.length = transform.directionToWorld(d).length();
+  const bool along_axis = d[lattice.u] == 0 && d[lattice.v] == 0;
+  lattice.rays = along_axis ? 1 : beam.rays;
+  lattice.shift[0] = along_axis ? 0.5 : beam.shift[0];
+  lattice.shift[1] = along_axis ? 0.5 : beam.shift[1];
+  return lattice;
+}
+
+/// The tiles of the lattice that some block's shadow touches, in four lists by the parity of their place.
+std::array<std::vector<std::pair<int32_t, int32_t>>, 4> tilesOf(const Topology& topology,
+                                                                const Lattice& lattice) {
+  std::vector<std::pair<int32_t, int32_t>> all;
+  const double slope_u = lattice.d[lattice.u] / lattice.d[lattice.w],
+               slope_v = lattice.d[lattice.v] / lattice.d[lattice.w];
+  const auto range = [&](const Coord& origin, int axis, double slope, int32_t& first, int32_t& last) {
+    const double low = origin[lattice.w] - 0.5, high = low + kBlockWidth;
+    const double a = origin[axis] - 0.5 - std::max(slope * low, slope * high);
+    const double b = origin[axis] - 0.5 + kBlockWidth - std::min(slope * low, slope * high);
+    first = static_cast<int32_t>(std::floor((a + 0.5) / kTile));
+    last = static_cast<int32_t>(std::floor((b + 0.5) / kTile));
+  };
+  for (size_t b = 0; b < topology.blockCount(); ++b) {
+    int32_t u0, u1, v0, v1;
+    range(topology.origin(b), lattice.u, slope_u, u0, u1);
+    range(topology.origin(b), lattice.v, slope_v, v0, v1);
+    for (int32_t i = u0; i <= u1; ++i)
+      for (int32_t j = v0; j <= v1; ++j) all.emplace_back(i, j);
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::array<std::vector<std::pair<int32_t, int32_t>>, 4> tiles;
+  for (const auto& tile : all) tiles[(tile.first & 1) * 2 + (tile.second & 1)].push_back(tile);
+  return tiles;
+}
+
+/// Light of one ray: what is left of it and what it deposits, by channel, for the true and the rescaled
+/// medium.
+struct RayLight {
+  double direct[3], beam[3];
+  double largest(int channels) const {
+    double m = 0;
+    for (int c = 0; c < channels; ++c) m = std::max({m, direct[c], beam[c]});
+    return m;
+  }
+};
+
+/// A place along a ray where surfaces change the light to `radiance`.
+struct Change {
+  double t;
+  Vec3d power;
+};
+
+/// (1 - exp(-tau)) / tau; the series' first term left out is below 1e-9.
+double meanTransmittance(double tau) {
+  if (tau > 0.4) return -std::expm1(-tau) / tau;
+  return 1 -
+         tau * (1. / 2 -
+                tau * (1. / 6 - tau * (1. / 24 - tau * (1. / 120 - tau * (1. / 720 - tau * (1. / 5040))))));
+}
+
+}  // namespace
+
+BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
+                     const ReflectedLight& reflected)
+    : medium_(medium), optics_(optics), occluder_(occluder), reflected_(reflected) {
+  Vec3d low(1e300), high(-1e300);
+  const auto take = [&](const Vec3d& p) {
+    low = openvdb::math::minComponent(low, p);
+    high = openvdb::math::maxComponent(high, p);
+  };
+  const Coord &a = medium.topology().lowest(), &b = medium.topology().highest();
+  for (int corner = 0; corner < 8; ++corner)
+    take(medium.transform().toWorld(Vec3d(corner & 1 ? b[0] + 1 : a[0] - 1, corner & 2 ? b[1] + 1 : a[1] - 1,
+                                          corner & 4 ? b[2] + 1 : a[2] - 1)));
+  if (!occluder.empty()) {
+    take(occluder.lowest());
+    take(occluder.highest());
+  }
+  middle_ = 0.5 * (low + high);
+  radius_ = 0.5 * (high - low).length();
+}
+
+void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
+  const Topology& topology = medium_.topology();
+  const Transform& transform = medium_.transform();
+  const Lattice lattice = latticeOf(beam, transform);
+  const int channels = static_cast<int>(optics_.size());
+  const bool rescaled = !sum.beam.empty();
+  const double share = 1.0 / (lattice.rays * lattice.rays);
+  Vec3d along_axes;
+  for (int a = 0; a < 3; ++a)
+    along_axes[a] = beam.direction.dot(transform.axis(a)) / transform.axis(a).length();
+
+  // Where surfaces change the light of a ray, in order; t counts from p.
+  const auto changesOf = [&](const Vec3d& p, std::vector<Change>& changes) {
+    changes.clear();
+    if (occluder_.empty()) return;
+    const Vec3d p_world = transform.toWorld(p);
+    const double t_start = ((middle_ - p_world).dot(beam.direction) - 2 * radius_) / lattice.length;
+    Vec3d origin = p_world + beam.direction * (t_start * lattice.length);
+    double travelled = 0;
+    const double end = 4 * radius_, step = 1e-6 * transform.meanVoxelSize() + 1e-9 * radius_;
+    while (travelled < end) {
+      auto hit = occluder_.closest(origin, beam.direction, end - travelled);
+      if (!hit) return;
+      Change change{t_start + (travelled + hit->distance) / lattice.length, Vec3d(0)};
+      if (beam.from_surfaces) {
+        hit->front = !hit->front;  // light goes on from the side that a forward ray does not meet
+        change.power = reflected_.radiance(*hit, origin, beam.direction) * beam.weight;
+      }
+      changes.push_back(change);
+      if (!beam.from_surfaces) return;  // dark from here on
+      travelled += hit->distance + step;
+      origin += beam.direction * (hit->distance + step);
+    }
+  };
+
+  const auto followRay = [&](const Vec3d& p, std::vector<Change>& changes) {
+    changesOf(p, changes);
+    if (beam.from_surfaces && changes.empty()) return;
+    RayLight light;
+    const auto set = [&](const Vec3d& power) {
+      for (int c = 0; c < channels; ++c) light.direct[c] = light.beam[c] = power[c] * share;
+    };
+    set(beam.power);
+    size_t next = 0;
+    double brightest = light.largest(channels);
+    const auto deposit = [&](size_t block, int voxel, double t0, double t1) {
+      const double extent = t1 - t0,
+                   column = medium_.density.values.block(block)[voxel] * extent * lattice.length;
+      for (int c = 0; c < channels; ++c) {
+        const double tau = optics_[c].true_sigma_t * column, mean = meanTransmittance(tau);
+        const double direct = light.direct[c] * mean * extent;
+        light.direct[c] *= 1 - tau * mean;
+        sum.direct[c].block(block)[voxel] += static_cast<float>(direct);
+        double scatters = direct;
+        if (rescaled) {
+          const double tau_beam = optics_[c].sigma_t_beam * column, mean_beam = meanTransmittance(tau_beam);
+          scatters = light.beam[c] * mean_beam * extent;
+          light.beam[c] *= 1 - tau_beam * mean_beam;
+          sum.beam[c].block(block)[voxel] += static_cast<float>(scatters);
+        }
+        if (!sum.beam_flux.empty())
+          for (int a = 0; a < 3; ++a)
+            sum.beam_flux[c][a].block(block)[voxel] += static_cast<float>(scatters * along_axes[a]);
+        if (!sum.direct_flux.empty())
+          for (int a = 0; a < 3; ++a)
+            sum.direct_flux[c][a].block(block)[voxel] += static_cast<float>(direct * along_axes[a]);
+      }
+    };
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    marchRay(topology, p, lattice.d, -kFar, kFar, [&](size_t block, int voxel, double t0, double t1) {
+      const bool active = topology.active(block).isOn(voxel);
+      while (next < changes.size() && changes[next].t < t1) {
+        const double t = std::max(t0, changes[next].t);
+        if (active && t > t0) deposit(block, voxel, t0, t);
+        set(changes[next].power);
+        brightest = std::max(brightest, light.largest(channels));
+        t0 = t;
+        ++next;
+      }
+      if (active) deposit(block, voxel, t0, t1);
+      return next < changes.size() || light.largest(channels) > kGone * brightest;
+    });
+  };
+
+  const auto tiles = tilesOf(topology, lattice);
+  const int rays = kTile * lattice.rays;
+  for (const auto& colour : tiles)
+    forEachBlock(
+        colour.size(),
+        [&](size_t tile) {
+          std::vector<Change> changes;
+          for (int64_t i = int64_t{colour[tile].first} * rays; i < (int64_t{colour[tile].first} + 1) * rays;
+               ++i)
+            for (int64_t j = int64_t{colour[tile].second} * rays;
+                 j < (int64_t{colour[tile].second} + 1) * rays; ++j)
+              followRay(lattice.start(i, j), changes);
+        },
+        1);
+}
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+
+#include "diffusion/first_scatter.h"
+#include "diffusion/reflected_light.h"
+
+namespace vdb_diffuse {
+
+/// Light that travels in one direction everywhere.
+struct Beam {
+  Vec3d direction;       ///< unit length, world
+  Vec3d power{0, 0, 0};  ///< its part of the mean over directions before attenuation: irradiance / (4 pi)
+  bool from_surfaces = false;    ///< starts at surfaces that reflect, not from afar; `power` is then unused
+  double weight = 1;             ///< factor on a reflected radiance: the direction's share of the sphere
+  int rays = 1;                  ///< lattice rays per voxel and axis
+  double shift[2] = {0.5, 0.5};  ///< of the lattice, 0..1 of its spacing
+};
+
+/// Adds a beam to the first scatter of every voxel, in one pass along the beam.
+///
+/// Rays stand on a square lattice in the plane across the grid axis that the beam is nearest to, one voxel
+/// apart (or 1/rays). Each is followed once through the whole volume, exactly for constant voxels, and leaves
+/// in every voxel its mean over the segment, times the segment's extent along the axis:
+///
+///      |  / |  / |  / |       at each height one ray passes through each voxel, so the extents in a
+///      | /  | /  | /  |       voxel add up to one: no normalisation, and what the rays lose is what
+///      |/   |/   |/   |       the voxels gain: the beam's energy closes to rounding
+///      +----+----+----+
+///
+/// O(N) for a direction, where marching from every voxel to the light is O(N^(4/3)). Surfaces end a ray, or
+/// start a reflected one. Tiles of rays run in four colours, so that no two threads meet in a voxel and the
+/// order of sums is fixed.
+class BeamSweep {
+ public:
+  /// \param optics  of each channel; all references must outlive the object
+  BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
+            const ReflectedLight& reflected);
+
+  void add(const Beam& beam, FirstScatter& sum) const;
+
+ private:
+  const Medium& medium_;
+  const std::vector<ChannelOptics>& optics_;
+  const Occluder& occluder_;
+  const ReflectedLight& reflected_;
+  Vec3d middle_;   // of volume and surfaces together, world
+  double radius_;  // of a ball about it that holds them
+};
+
+}  // namespace vdb_diffuse
