@@ -174,7 +174,7 @@ void addRender(CLI::App& program, ExitStatus&) {
   addProgressFlags(command, flags->progress);
   setExample(command,
              "vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1\n"
-             "vdb_diffuse render lit.vdb -o lit.png --size 1280x720 --from 300,-400,150 --exposure 1");
+             "vdb_diffuse render lit.vdb -o lit.png --size 1280x720 --exposure 1");
   command->callback([flags] { run(*flags); });
 }
 
