@@ -1,20 +1,19 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/scene_file.h"
+#include "io/vdb_reader.h"
 #include "render/emission.h"
 
 namespace vdb_diffuse {
 
-/// What a user may say about a lit volume; what is left out is taken from the lighting grids' metadata, where
-/// `bake` stores it, and else has the defaults of a medium.
+/// What a user may say about a lit volume.
 struct LitVolumeSettings {
-  std::string density, emission;  ///< names of grids; empty: not said
-  std::optional<Vec3d> sigma_s, sigma_a;
-  std::optional<double> g, emission_scale;
-  bool diffuse = true, direct = true;  ///< which of the two to load
+  MediumSettings medium;  ///< what is absent is taken from the lighting grids' metadata, else by default
+  ReadSettings read;
+  bool diffuse = true, direct = true;  ///< which of the two to load, at least one
 };
 
 /// Reads density, light and medium from the output of `bake`. What is missing but can be done without is

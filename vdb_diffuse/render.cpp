@@ -2,122 +2,88 @@
 
 #include <tbb/global_control.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <sstream>
 
 #include "commands.h"
+#include "example.h"
+#include "io/atomic_file.h"
 #include "io/image.h"
+#include "io/json_file.h"
 #include "lit_volume.h"
+#include "progress_bar.h"
+#include "scene_options.h"
+#include "words.h"
 
 namespace vdb_diffuse {
 namespace {
 
-/// The flags as they were typed; empty where they were not.
-struct Words {
-  std::string input, output, size = "960x540";
-  std::string from, look_at, fov, ortho, up = "z", exposure, background, light = "both";
-  std::string density, emission, emission_scale, sigma_s, sigma_a, sigma_t, albedo, g;
-  int samples = 2, threads = 0;
-  bool constant_voxels = false, half = false, quiet = false;
-};
-
-std::vector<double> numbers(const std::string& flag, const std::string& text) {
-  std::vector<double> values;
-  std::stringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) {
-    char* end = nullptr;
-    const double value = std::strtod(part.c_str(), &end);
-    if (part.empty() || *end != 0 || !std::isfinite(value))
-      throw UsageError(flag + ": '" + text + "' is not a number or a list x,y,z of numbers");
-    values.push_back(value);
-  }
-  if (text.back() == ',') throw UsageError(flag + ": '" + text + "' ends in a comma");
-  return values;
-}
-
-double number(const std::string& flag, const std::string& text) {
-  const std::vector<double> values = numbers(flag, text);
-  if (values.size() != 1) throw UsageError(flag + ": '" + text + "' is not one number");
-  return values[0];
-}
-
-Vec3d point(const std::string& flag, const std::string& text) {
-  const std::vector<double> values = numbers(flag, text);
-  if (values.size() != 3) throw UsageError(flag + ": '" + text + "' is not X,Y,Z");
-  return Vec3d(values[0], values[1], values[2]);
-}
-
-/// r,g,b or one number for grey, none negative.
-Vec3d colour(const std::string& flag, const std::string& text) {
-  std::vector<double> values = numbers(flag, text);
-  if (values.size() == 1) values.assign(3, values[0]);
-  if (values.size() != 3) throw UsageError(flag + ": '" + text + "' is neither r,g,b nor one number");
-  if (*std::min_element(values.begin(), values.end()) < 0) throw UsageError(flag + ": a value is negative");
-  return Vec3d(values[0], values[1], values[2]);
-}
-
-CameraSettings cameraOf(const Words& words) {
-  constexpr double kDegree = 3.14159265358979323846 / 180;
-  constexpr long kMostPixels = 1L << 28;
-  CameraSettings camera;
-  char rest = 0;
-  if (std::sscanf(words.size.c_str(), "%dx%d%c", &camera.width, &camera.height, &rest) != 2 ||
-      camera.width < 1 || camera.height < 1 || static_cast<long>(camera.width) * camera.height > kMostPixels)
-    throw UsageError("--size: '" + words.size + "' is not WxH, such as 960x540");
-  if (!words.from.empty()) camera.from = point("--from", words.from);
-  if (!words.look_at.empty()) camera.look_at = point("--look-at", words.look_at);
-  if (!words.fov.empty()) camera.fov = number("--fov", words.fov) * kDegree;
-  if (!words.ortho.empty()) camera.ortho = number("--ortho", words.ortho);
-  if (words.up != "y" && words.up != "z") throw UsageError("--up: '" + words.up + "' is neither y nor z");
-  if (words.up == "y") camera.up = Vec3d(0, 1, 0);
-  return camera;
-}
-
-LitVolumeSettings mediumOf(const Words& words) {
-  LitVolumeSettings settings;
-  settings.density = words.density;
-  settings.emission = words.emission;
-  if (!words.emission_scale.empty()) {
-    settings.emission_scale = number("--emission-scale", words.emission_scale);
-    if (*settings.emission_scale < 0) throw UsageError("--emission-scale: a value is negative");
-  }
-  if (!words.sigma_s.empty()) settings.sigma_s = colour("--sigma-s", words.sigma_s);
-  if (!words.sigma_a.empty()) settings.sigma_a = colour("--sigma-a", words.sigma_a);
-  if (words.sigma_t.empty() != words.albedo.empty()) throw UsageError("--sigma-t and --albedo go together");
-  if (!words.sigma_t.empty()) {
-    if (settings.sigma_s || settings.sigma_a)
-      throw UsageError("--sigma-t and --albedo exclude --sigma-s and --sigma-a: choose one pair");
-    const Vec3d sigma_t = colour("--sigma-t", words.sigma_t), albedo = colour("--albedo", words.albedo);
-    for (int c = 0; c < 3; ++c)
-      if (albedo[c] > 1) throw UsageError("--albedo: a value is above 1");
-    settings.sigma_s = albedo * sigma_t;
-    settings.sigma_a = (Vec3d(1) - albedo) * sigma_t;
-  }
-  if (!words.g.empty()) {
-    settings.g = number("--g", words.g);
-    if (!(std::abs(*settings.g) < 1)) throw UsageError("--g: a value between -1 and 1 is needed");
-  }
-  if (words.light != "both" && words.light != "diffuse" && words.light != "direct")
-    throw UsageError("--light: '" + words.light + "' is none of both, diffuse, direct");
-  settings.diffuse = words.light != "direct";
-  settings.direct = words.light != "diffuse";
-  return settings;
-}
-
 enum class Format { kExr, kPng };
 
+struct RenderFlags {
+  std::string input, output, size = "960x540", light = "both";
+  std::optional<std::string> from, look_at, fov, ortho, exposure, background;
+  int samples = 2, threads = 0;  // threads 0: all
+  bool constant_voxels = false, half = false, clamp = false;
+  SceneOptions scene;  // of which the medium, and which way is up
+  ProgressFlags progress;
+};
+
+/// The flags understood: everything that can be wrong with them is found before the work.
+struct RenderJob {
+  Format format = Format::kPng;
+  CameraSettings view;
+  LitVolumeSettings lit;
+  RenderSettings settings;
+  std::optional<double> exposure;   ///< stops; none: automatic
+  std::optional<Vec3d> background;  ///< none: transparent
+  bool half = false;
+};
+
 Format formatOf(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string extension = extensionOf(path);
   if (extension == ".exr") return Format::kExr;
   if (extension == ".png") return Format::kPng;
-  throw UsageError("-o: '" + path + "' ends neither in .exr nor in .png");
+  refuseWord("-o", path, "ends neither in .exr nor in .png");
+}
+
+CameraSettings viewOf(const RenderFlags& flags) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  constexpr long kMostPixels = 1L << 28;
+  CameraSettings view;
+  char rest = 0;
+  if (std::sscanf(flags.size.c_str(), "%6dx%6d%c", &view.width, &view.height, &rest) != 2 || view.width < 1 ||
+      view.height < 1)
+    refuseWord("--size", flags.size, "expected WxH, such as 960x540");
+  if (static_cast<long>(view.width) * view.height > kMostPixels)
+    refuseWord("--size", flags.size, "more than " + std::to_string(kMostPixels) + " pixels");
+  if (flags.from) view.from = pointIn("--from", *flags.from);
+  if (flags.look_at) view.look_at = pointIn("--look-at", *flags.look_at);
+  if (flags.fov) view.fov = numberIn("--fov", *flags.fov) * kDegree;
+  if (flags.ortho) view.ortho = numberIn("--ortho", *flags.ortho);
+  if (flags.scene.up == "y") view.up = Vec3d(0, 1, 0);
+  return view;
+}
+
+RenderJob jobOf(const RenderFlags& flags) {
+  RenderJob job;
+  job.format = formatOf(flags.output);
+  job.lit.medium = flags.scene.resolve().medium;
+  job.lit.read.clamp = flags.clamp;
+  job.lit.diffuse = flags.light != "direct";
+  job.lit.direct = flags.light != "diffuse";
+  job.view = viewOf(flags);
+  job.settings.samples = flags.samples;
+  job.settings.interpolate = !flags.constant_voxels;
+  job.half = flags.half;
+  if (flags.exposure) job.exposure = numberIn("--exposure", *flags.exposure);
+  // EXR files are for compositing and PNG files to be looked at, hence the different backgrounds.
+  const std::string background = flags.background.value_or(job.format == Format::kExr ? "none" : "0");
+  if (background != "none") job.background = rgbIn("--background", background);
+  if (sameFile(flags.input, flags.output)) refuseWord("-o", flags.output, "is the input file");
+  return job;
 }
 
 std::string text(const Vec3d& v) {
@@ -126,113 +92,90 @@ std::string text(const Vec3d& v) {
   return stream.str();
 }
 
-void writePicture(const Words& words, Format format, const Picture& picture, const Optics& optics) {
-  // EXR files are for compositing and PNG files to be looked at, hence the different backgrounds.
-  const std::string background = !words.background.empty() ? words.background
-                                 : format == Format::kExr  ? "none"
-                                                           : "0";
-  const bool transparent = background == "none";
-  const Image image = transparent ? picture.radiance : over(picture, colour("--background", background));
+/// Writes the picture; what to say about its brightness.
+std::string writePicture(const std::string& path, const RenderJob& job, const Picture& picture,
+                         const Optics& optics) {
+  const Image image = job.background ? over(picture, *job.background) : picture.radiance;
   const std::vector<float> alpha =
-      transparent ? opacity(picture) : std::vector<float>(image.pixels.size(), 1);
-  std::ostringstream note;
-  if (format == Format::kExr) {
+      job.background ? std::vector<float>(image.pixels.size(), 1) : opacity(picture);
+  if (job.format == Format::kExr) {
     ExrOptions options;
-    options.half = words.half;
+    options.half = job.half;
     options.alpha = &alpha;
     options.attributes = {{"software", std::string("vdb_diffuse ") + VDB_DIFFUSE_VERSION},
                           {"unit", "radiance, in the unit of the lights"},
                           {"sigma_s", text(optics.sigma_s)},
                           {"sigma_a", text(optics.sigma_a)},
                           {"g", std::to_string(optics.g)}};
-    writeExr(words.output, image, options);
-    note << "radiance as it is";
-  } else {
-    const bool chosen = !words.exposure.empty();
-    const double exposure =
-        chosen ? number("--exposure", words.exposure) : automaticExposure(picture.radiance);
-    writePng(words.output, image, exposure, transparent ? &alpha : nullptr);
-    note << "exposure " << exposure << " stops" << (chosen ? "" : " (chosen; fix it with --exposure)");
+    writeExr(path, image, options);
+    return "radiance as it is";
   }
-  if (!words.quiet) std::cout << words.output << ": " << words.size << ", " << note.str() << "\n";
+  const double exposure = job.exposure.value_or(automaticExposure(picture.radiance));
+  writePng(path, image, exposure, job.background ? nullptr : &alpha);
+  std::ostringstream note;
+  note << "exposure " << exposure << " stops" << (job.exposure ? "" : " (chosen; fix it with --exposure)");
+  return note.str();
 }
 
-void run(const Words& words) {
-  // Everything that can be wrong with the words, before the work.
-  const Format format = formatOf(words.output);
-  const CameraSettings view = cameraOf(words);
-  const LitVolumeSettings medium = mediumOf(words);
-  if (!words.exposure.empty()) number("--exposure", words.exposure);
-  if (!words.background.empty() && words.background != "none") colour("--background", words.background);
-  if (words.samples < 1 || words.samples > 64) throw UsageError("--samples: 1 to 64 are possible");
-  if (words.threads < 0) throw UsageError("--threads: a positive number is needed");
-  std::error_code ignored;
-  if (std::filesystem::equivalent(words.input, words.output, ignored))
-    throw UsageError("-o: '" + words.output + "' is the input file");
+void run(const RenderFlags& flags) {
+  const RenderJob job = jobOf(flags);
   std::unique_ptr<tbb::global_control> limit;
-  if (words.threads > 0)
+  if (flags.threads > 0)
     limit =
-        std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, words.threads);
+        std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, flags.threads);
 
   std::vector<std::string> warnings;
-  const LitVolume lit = readLitVolume(words.input, medium, warnings);
+  const LitVolume lit = readLitVolume(flags.input, job.lit, warnings);
   for (const std::string& warning : warnings) std::cerr << "vdb_diffuse: warning: " << warning << "\n";
-  RenderSettings settings;
-  settings.samples = words.samples;
-  settings.interpolate = !words.constant_voxels;
-  const Picture picture = render(lit, Camera(view, outline(lit.medium.density)), settings);
-  writePicture(words, format, picture, lit.medium.optics);
+  const Camera camera(job.view, outline(lit.medium.density));
+  const Picture picture = render(lit, camera, job.settings, makeProgress(flags.progress));
+  const std::string note = writePicture(flags.output, job, picture, lit.medium.optics);
+  if (!flags.progress.quiet) std::cout << flags.output << ": " << flags.size << ", " << note << "\n";
 }
 
 }  // namespace
 
 void addRender(CLI::App& program, ExitStatus&) {
   CLI::App* command = program.add_subcommand("render", "A look at a lit volume: EXR or PNG");
-  const auto words = std::make_shared<Words>();
-  command->add_option("LIT.vdb", words->input, "Output of 'vdb_diffuse bake'")->required();
-  command->add_option("-o,--output", words->output, "Picture; .exr (radiance, RGBA) or .png (sRGB)")
+  const auto flags = std::make_shared<RenderFlags>();
+  command->add_option("LIT.vdb", flags->input, "Output of 'vdb_diffuse bake'")->required();
+  command->add_option("-o,--output", flags->output, "Picture; .exr (radiance, RGBA) or .png (sRGB)")
       ->required();
-  const std::string view = "View", look = "Picture", medium = "Medium (default: as it was baked)";
-  const auto add = [&](const std::string& group, const std::string& flag, std::string& word,
-                       const std::string& type, const std::string& help) {
-    command->add_option(flag, word, help)->type_name(type)->group(group);
-  };
-  add(view, "--from", words->from, "X,Y,Z",
-      "Position of the camera; default: from where the whole volume is in view");
-  add(view, "--look-at", words->look_at, "X,Y,Z",
-      "Point in the middle of the picture; default: the volume's middle");
-  add(view, "--fov", words->fov, "DEGREES",
-      "Angle across the picture's width; default: 35, or with --from what takes in the volume");
-  add(view, "--ortho", words->ortho, "WIDTH", "Orthographic, this wide in world units");
-  add(view, "--up", words->up, "y|z", "Axis that points up in the picture; default z");
-  add(look, "--size", words->size, "WxH", "Pixels; default 960x540");
-  add(look, "--exposure", words->exposure, "STOPS",
-      "PNG only; default: the 99th percentile of the luminance becomes 0.8 of white");
-  add(look, "--background", words->background, "r,g,b|none",
-      "Radiance behind the volume, or none for a transparent picture; default: 0 for PNG, none for EXR");
-  add(look, "--light", words->light, "both|diffuse|direct", "Which light to show; default both");
-  command->add_option("--samples", words->samples, "Rays per pixel each way, 1 to 64; default 2, so 4 in all")
-      ->group(look);
+  const std::string view = "View", look = "Picture";
+  addWord(*command, view, "--from", flags->from, "X,Y,Z",
+          "Position of the camera (default: from where the whole volume is in view)");
+  addWord(*command, view, "--look-at", flags->look_at, "X,Y,Z",
+          "Point in the middle of the picture (default: the volume's middle)");
+  addWord(*command, view, "--fov", flags->fov, "DEGREES",
+          "Angle across the picture's width (default: 35, or with --from what takes in the volume)");
+  addWord(*command, view, "--ortho", flags->ortho, "WIDTH", "Orthographic, this wide in world units");
+  addWord(*command, view, "--up", flags->scene.up, "y|z", "Axis that points up in the picture (default: z)");
+  addWord(*command, look, "--size", flags->size, "WxH", "Pixels (default: 960x540)");
+  addWord(*command, look, "--exposure", flags->exposure, "STOPS",
+          "PNG only (default: the 99th percentile of the luminance becomes 0.8 of white)");
+  addWord(*command, look, "--background", flags->background, "V|none",
+          "Radiance behind the volume, or none for a transparent picture (default: 0 for PNG, none for EXR)");
+  addWord(*command, look, "--light", flags->light, "both|diffuse|direct",
+          "Which light to show (default: both)")
+      ->check(CLI::IsMember({"both", "diffuse", "direct"}));
+  addWord(*command, look, "--samples", flags->samples, "N",
+          "Rays per pixel each way, 1 to 64 (default: 2, so 4 in all)")
+      ->check(CLI::Range(1, 64));
   command
-      ->add_flag("--constant-voxels", words->constant_voxels,
+      ->add_flag("--constant-voxels", flags->constant_voxels,
                  "Show voxels as they are, without interpolation")
       ->group(look);
-  command->add_flag("--half", words->half, "EXR with 16-bit pixels")->group(look);
-  add(medium, "--density", words->density, "NAME", "Grid of the density");
-  add(medium, "--sigma-s", words->sigma_s, "r,g,b", "Scattering per unit density, or one number");
-  add(medium, "--sigma-a", words->sigma_a, "r,g,b", "Absorption per unit density, or one number");
-  add(medium, "--sigma-t", words->sigma_t, "r,g,b", "Extinction per unit density, with --albedo");
-  add(medium, "--albedo", words->albedo, "r,g,b", "Scattering over extinction, with --sigma-t");
-  add(medium, "--g", words->g, "V", "Mean scattering cosine; other than 0 it wants the flux grid");
-  add(medium, "--emission", words->emission, "NAME", "Grid of the volume's own radiance");
-  add(medium, "--emission-scale", words->emission_scale, "V", "Factor on it");
-  command->add_option("--threads", words->threads, "At most this many; default all");
-  command->add_flag("--quiet", words->quiet, "Only errors and warnings");
-  command->footer(
-      "Example:\n"
-      "  vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1\n"
-      "  vdb_diffuse render lit.vdb -o lit.png --size 1280x720 --from 300,-400,150 --exposure 1");
-  command->callback([words] { run(*words); });
+  command->add_flag("--half", flags->half, "EXR with 16-bit pixels")->group(look);
+  flags->scene.addMediumTo(*command, MediumDefaults::kAsBaked);
+  command->add_flag("--clamp", flags->clamp,
+                    "Values that are not finite, or negative densities, count as 0 instead of being refused");
+  command->add_option("--threads", flags->threads, "At most this many (default: all)")
+      ->check(CLI::PositiveNumber);
+  addProgressFlags(command, flags->progress);
+  setExample(command,
+             "vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1\n"
+             "vdb_diffuse render lit.vdb -o lit.png --size 1280x720 --exposure 1");
+  command->callback([flags] { run(*flags); });
 }
 
 }  // namespace vdb_diffuse

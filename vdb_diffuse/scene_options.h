@@ -9,9 +9,13 @@
 
 namespace vdb_diffuse {
 
-/// The flags that say what the medium is made of and what lights it, shared by bake, reference and report.
-/// Flags override the scene file: --sun replaces the file's suns, --env its domes, --occluder its surfaces;
-/// other lights stay. Values are kept as written and checked by resolve(), so that every fault is one line.
+/// What the help says of flags of the medium that are not given.
+enum class MediumDefaults { kUsual, kAsBaked };
+
+/// The flags that say what the medium is made of and what lights it, shared by bake, reference, report and
+/// render. Flags override the scene file: --sun replaces the file's suns, --env its domes, --occluder its
+/// surfaces; other lights stay. Values are kept as written and checked by resolve(), so that every fault is
+/// one line.
 struct SceneOptions {
   std::optional<std::string> scene, sun, sun_irradiance, env, env_scale, occluder_albedo;
   std::vector<std::string> occluders;
@@ -21,7 +25,7 @@ struct SceneOptions {
   /// The object must outlive the parsing, in its place.
   void addTo(CLI::App& app);
   /// Only the flags of the medium.
-  void addMediumTo(CLI::App& app);
+  void addMediumTo(CLI::App& app, MediumDefaults defaults = MediumDefaults::kUsual);
 
   /// Reads the scene file, meshes and images, and lays the flags over them.
   /// \throws UsageError naming flag and value; InputError from the files

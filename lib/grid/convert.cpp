@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "grid/error.h"
 
@@ -184,10 +185,25 @@ void freeze(const GridBase& grid, const Tree& tree, uint64_t max_bytes, GridValu
   });
 }
 
+/// What the grid holds at the active voxels of the same place, one field per component.
+template <typename Grid>
+void copy(const Grid& grid, const Topology& topology, Channels& result) {
+  using Value = typename Grid::ValueType;
+  result.assign(componentCount<Value>(), Field<float>(topology));
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    auto accessor = grid.getConstAccessor();
+    for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
+      Value value;
+      if (!accessor.probeValue(topology.origin(b) + voxelLocal(voxel.pos()), value)) continue;
+      for (int c = 0; c < componentCount<Value>(); ++c)
+        result[c].block(b)[voxel.pos()] = static_cast<float>(component(value, c));
+    }
+  });
+}
+
 template <typename Grid>
 void sample(const Grid& grid, const Transform& transform, const Volume& target, Field<float>& result) {
   const Topology& topology = *target.topology;
-  const bool same = sameVoxels(transform, target.transform, topology);
   forEachBlock(topology.blockCount(), [&](size_t b) {
     auto accessor = grid.getConstAccessor();
     const auto valueAt = [&](const Coord& p) {
@@ -196,22 +212,18 @@ void sample(const Grid& grid, const Transform& transform, const Volume& target, 
     };
     for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
       const Coord p = topology.origin(b) + voxelLocal(voxel.pos());
+      const Vec3d q = transform.toIndex(target.transform.toWorld(p.asVec3d()));
+      // Beyond the range of coordinates there is nothing to read, and no integer to round to.
+      if (!(std::abs(q[0]) < kFarthestVoxel && std::abs(q[1]) < kFarthestVoxel &&
+            std::abs(q[2]) < kFarthestVoxel))
+        continue;
+      const Coord corner = Coord::floor(q);
+      const Vec3d f = q - corner.asVec3d();
       double value = 0;
-      if (same) {
-        value = valueAt(p);
-      } else {
-        const Vec3d q = transform.toIndex(target.transform.toWorld(p.asVec3d()));
-        // Beyond the range of coordinates there is nothing to read, and no integer to round to.
-        if (!(std::abs(q[0]) < kFarthestVoxel && std::abs(q[1]) < kFarthestVoxel &&
-              std::abs(q[2]) < kFarthestVoxel))
-          continue;
-        const Coord corner = Coord::floor(q);
-        const Vec3d f = q - corner.asVec3d();
-        for (int n = 0; n < 8; ++n) {
-          const int x = n >> 2, y = (n >> 1) & 1, z = n & 1;
-          const double weight = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
-          if (weight > 0) value += weight * valueAt(corner.offsetBy(x, y, z));
-        }
+      for (int n = 0; n < 8; ++n) {
+        const int x = n >> 2, y = (n >> 1) & 1, z = n & 1;
+        const double weight = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
+        if (weight > 0) value += weight * valueAt(corner.offsetBy(x, y, z));
       }
       result.block(b)[voxel.pos()] = static_cast<float>(value);
     }
@@ -303,12 +315,26 @@ bool sameVoxels(const Transform& a, const Transform& b, const Topology& where) {
 }
 
 Field<float> sampleOnto(const GridBase& grid, const Volume& target) {
+  if (!grid.isType<openvdb::FloatGrid>() && !grid.isType<openvdb::DoubleGrid>())
+    throw InputError(called(grid) + "holds " + grid.valueType() + ", not float");
   const Transform transform = transformOf(grid);
   requireNearVoxels(grid);
+  if (sameVoxels(transform, target.transform, *target.topology))
+    return std::move(copyOnto(grid, target).front());
   Field<float> result(*target.topology);
-  const bool scalar = grid.apply<openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>>(
+  grid.apply<openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>>(
       [&](const auto& typed) { sample(typed, transform, target, result); });
-  if (!scalar) throw InputError(called(grid) + "holds " + grid.valueType() + ", not float");
+  return result;
+}
+
+Channels copyOnto(const GridBase& grid, const Volume& target) {
+  if (!sameVoxels(transformOf(grid), target.transform, *target.topology))
+    throw InputError(called(grid) + "its voxels are not those of grid " + target.name +
+                     " (another transform); write both from one bake");
+  Channels result;
+  const bool known =
+      grid.apply<ValueGrids>([&](const auto& typed) { copy(typed, *target.topology, result); });
+  if (!known) throw InputError(called(grid) + "holds " + grid.valueType() + ", not float or vec3s");
   return result;
 }
 

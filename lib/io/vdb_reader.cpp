@@ -14,7 +14,7 @@
 namespace vdb_diffuse {
 namespace {
 
-constexpr float kLargestDensity = 1e30f;  // its products with sigma and voxel size stay within a float
+constexpr float kLargestValue = 1e30f;  // its products with sigma and voxel size stay within a float
 
 bool isScalar(const GridSummary& grid) {
   return grid.value_type == "float" || grid.value_type == "double";
@@ -52,16 +52,20 @@ struct BadValues {
   }
 };
 
-/// Holds the active values to 0..kLargestDensity: refuses, or with `clamp` repairs, what is not finite or is
-/// negative; what is larger is refused always, as no value in its place would be right.
-void requireRange(const std::string& name, const Topology& topology, Field<float>& values, bool clamp) {
+enum class Sign { kNotNegative, kAny };
+
+/// Holds the active values to kLargestValue: refuses, or with `clamp` repairs, what is not finite or has a
+/// sign it must not have; what is larger is refused always, as no value in its place would be right.
+void requireRange(const std::string& name, const Topology& topology, Field<float>& values, Sign sign,
+                  bool clamp) {
+  const float lowest = sign == Sign::kAny ? -kLargestValue : 0;
   const BadValues bad = sumOverBlocks<BadValues>(topology.blockCount(), [&](size_t b) {
     BadValues s;
     float* value = values.block(b);
     for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
       float& v = value[voxel.pos()];
-      const bool large = std::isfinite(v) && v > kLargestDensity;
-      if (v >= 0 && v <= kLargestDensity) continue;
+      if (v >= lowest && v <= kLargestValue) continue;
+      const bool large = std::isfinite(v) && (v > 0 || sign == Sign::kAny);
       if (clamp && !large) {
         v = 0;
         continue;
@@ -78,8 +82,9 @@ void requireRange(const std::string& name, const Topology& topology, Field<float
   char value[40];
   std::snprintf(value, sizeof value, "%g", bad.value);
   throw InputError("grid " + name + ": " + std::to_string(bad.count + bad.too_large) +
-                   " active values are not finite, negative or above 1e30, the first " + value +
-                   " at voxel " + at(bad.first) +
+                   " active values are not finite" +
+                   (sign == Sign::kAny ? " or beyond +-1e30" : ", negative or above 1e30") + ", the first " +
+                   value + " at voxel " + at(bad.first) +
                    (bad.too_large ? "; rescale the grid" : "; mend the grid, or set them to 0 by --clamp"));
 }
 
@@ -168,6 +173,16 @@ bool VdbFile::has(const std::string& name) const {
   return false;
 }
 
+void VdbFile::require(const std::string& name, const std::string& cure) const {
+  impl_->guarded([&] {
+    try {
+      impl_->find(name);
+    } catch (const InputError& error) {
+      throw InputError(error.what() + (cure.empty() ? "" : "; " + cure));
+    }
+  });
+}
+
 std::string VdbFile::densityName(const std::string& name) const {
   return impl_->guarded([&]() -> std::string {
     if (!name.empty()) return impl_->find(name).name;
@@ -194,7 +209,7 @@ Volume VdbFile::readDensity(const std::string& name, const ReadSettings& setting
   return impl_->guarded([&] {
     impl_->requireFog(impl_->find(chosen), "a density");
     GridValues values = readValues(chosen, settings);
-    requireRange(chosen, *values.topology, values.channels[0], settings.clamp);
+    requireRange(chosen, *values.topology, values.channels[0], Sign::kNotNegative, settings.clamp);
     return Volume{chosen, values.topology, values.transform, std::move(values.channels[0])};
   });
 }
@@ -211,8 +226,18 @@ Field<float> VdbFile::readOnto(const std::string& name, const Volume& target,
   return impl_->guarded([&] {
     impl_->requireFog(impl_->find(name), "what is wanted");
     Field<float> values = sampleOnto(*readGrid(name), target);
-    requireRange(name, *target.topology, values, settings.clamp);
+    requireRange(name, *target.topology, values, Sign::kNotNegative, settings.clamp);
     return values;
+  });
+}
+
+Channels VdbFile::readChannelsOnto(const std::string& name, const Volume& target,
+                                   const ReadSettings& settings) const {
+  return impl_->guarded([&] {
+    Channels channels = copyOnto(*readGrid(name), target);
+    for (Field<float>& values : channels)
+      requireRange(name, *target.topology, values, Sign::kAny, settings.clamp);
+    return channels;
   });
 }
 

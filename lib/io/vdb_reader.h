@@ -10,7 +10,8 @@ namespace vdb_diffuse {
 
 struct ReadSettings {
   uint64_t max_bytes = 0;  ///< a volume may take this much memory; 0: what the machine has free
-  bool clamp = false;      ///< values that are not finite or are negative become 0, instead of being refused
+  bool clamp = false;  ///< values that are not finite, or negative where they may not, become 0 instead of
+                       ///< being refused
 };
 
 /// What a grid says of itself, without its values having been read.
@@ -36,6 +37,8 @@ class VdbFile {
   const std::string& path() const;
   const std::vector<GridSummary>& grids() const;  ///< in the order of their names
   bool has(const std::string& name) const;
+  /// Throws where there is no such grid, naming those there are and, if given, what to do.
+  void require(const std::string& name, const std::string& cure = "") const;
 
   /// The density that `readDensity` would take for `name`; empty asks for "density", else the only float fog
   /// grid.
@@ -49,6 +52,10 @@ class VdbFile {
   /// copied where the voxels are the same.
   Field<float> readOnto(const std::string& name, const Volume& target,
                         const ReadSettings& settings = {}) const;
+  /// A float or vec3s grid at the active voxels of `target`, whose transform it must have; values of either
+  /// sign, finite and at most 1e30.
+  Channels readChannelsOnto(const std::string& name, const Volume& target,
+                            const ReadSettings& settings = {}) const;
 
   Census readCensus(const std::string& name) const;
   /// The grid as OpenVDB reads it.

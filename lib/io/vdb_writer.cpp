@@ -65,7 +65,7 @@ std::vector<std::string> keptNames(const VdbFile* source, const std::vector<std:
   const bool all = std::find(keep.begin(), keep.end(), "all") != keep.end() && !source->has("all");
   for (const std::string& name : keep) {
     if (name == "all" && all) continue;
-    if (!source->has(name)) source->densityName(name);  // throws, with the grids that are there
+    source->require(name);
     if (written.count(name)) throw UsageError("grid " + name + " is written anew and cannot be kept as well");
   }
   std::vector<std::string> names;
