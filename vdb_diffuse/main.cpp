@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "commands.h"
+#include "example.h"
 #include "grid/spelling.h"
 #include "interrupt.h"
 
@@ -76,6 +77,10 @@ int run(int argc, char** argv) {
   addInfo(program, status);
   addMake(program, status);
   addRender(program, status);
+  setExample(&program,
+             "vdb_diffuse make cloud -o cloud.vdb\n"
+             "vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1 --env 0.3\n"
+             "vdb_diffuse render lit.vdb -o lit.png");
   const std::string version = "vdb_diffuse " VDB_DIFFUSE_VERSION;
   program.set_version_flag("--version", version, "print the version and exit");
   for (CLI::App* command : program.get_subcommands([](CLI::App*) { return true; }))

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "commands.h"
+#include "example.h"
 #include "io/vdb_writer.h"
 #include "shapes/blobs.h"
 #include "shapes/cloud.h"
@@ -73,6 +74,7 @@ using Maker = std::function<Volume(const MakeFlags&)>;
 CLI::App* addShape(CLI::App& make, const std::shared_ptr<MakeFlags>& flags, const std::string& name,
                    const std::string& description, const Maker& maker) {
   CLI::App* shape = make.add_subcommand(name, description);
+  setExample(shape, "vdb_diffuse make " + name + " -o " + name + ".vdb --voxels 200000");
   shape->add_option("-o,--output", flags->output, "the VDB file to write")->required();
   shape->add_option("--voxels", flags->voxels, "active voxels to aim at (1000000)");
   shape->add_option(
@@ -97,10 +99,13 @@ void addCell(CLI::App* shape, const std::shared_ptr<MakeFlags>& flags, const std
 
 void addMake(CLI::App& program, ExitStatus&) {
   CLI::App* make = program.add_subcommand(
-      "make",
-      "Makes a test volume: a grid `density` with about --voxels active voxels.\n"
-      "A shape keeps its width of about 10 world units however many voxels show it, so that --voxels is its "
-      "resolution;\noptical depths below are for sigma_s 1 and that width.");
+      "make", "Test volumes: cloud, sphere, box, shell, layers, checkerboard, sheet, blobs");
+  setExample(make, "vdb_diffuse make cloud -o cloud.vdb --voxels 1e6 --seed 3");
+  make->footer(
+      "The grid is `density`, with about --voxels active voxels. A shape keeps its width of about 10 world\n"
+      "units however many voxels show it, so that --voxels is its resolution; optical depths above are for\n"
+      "sigma_s 1 and that width. Each shape has --help of its own.\n\n" +
+      make->get_footer());
   make->require_subcommand(1);
   const auto flags = std::make_shared<MakeFlags>();
 
