@@ -82,13 +82,15 @@ class Gatherer {
     }
   }
 
-  /// Points of a voxel relative to its centre, spread evenly by the generalised golden ratio.
-  static Vec3d offset(int ray) {
+  /// Points of a voxel relative to its centre, spread evenly by the generalised golden ratio. They come in
+  /// opposite pairs: were their mean not the centre, every voxel would see the beam too early or too late.
+  static Vec3d offset(int ray, int rays) {
+    if (ray == rays - 1 && rays % 2 == 1) return Vec3d(0);
     constexpr double kPhi = 1.22074408460575947536;
-    const double n = ray + 0.5;
+    const double n = ray / 2 + 0.5;
     Vec3d u(n / kPhi, n / (kPhi * kPhi), n / (kPhi * kPhi * kPhi));
     for (int a = 0; a < 3; ++a) u[a] -= std::floor(u[a] + 0.5);
-    return u;
+    return ray % 2 ? -u : u;
   }
 
   void addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const {
@@ -98,11 +100,11 @@ class Gatherer {
     int off_axis = 0;
     for (int a = 0; a < 3; ++a) off_axis += std::abs(d[a]) > 1e-9 * longest;
     // A dome's many beams average among themselves; each takes one of the points in turn.
-    const bool one_of_many = lights_.beams.size() >= 16;
+    const bool one_of_many = beam.count >= 16;
     const int rays = off_axis == 1 || one_of_many ? 1 : rays_;
-    const int first = one_of_many ? static_cast<int>(&beam - lights_.beams.data()) : 0;
+    const int first = one_of_many ? beam.index : 0;
     for (int ray = 0; ray < rays; ++ray) {
-      const Vec3d p = off_axis == 1 ? centre : centre + offset(first + ray);
+      const Vec3d p = off_axis == 1 ? centre : centre + offset(first + ray, one_of_many ? beam.count : rays);
       constexpr double kFar = std::numeric_limits<double>::infinity();
       if (!occluder_.empty() && occluder_.hidden(medium_.transform().toWorld(p), toward, kFar)) continue;
       add(beam.irradiance * (kInverseSphere / rays), beam.direction,
