@@ -10,6 +10,8 @@ namespace vdb_diffuse {
 namespace {
 
 constexpr double kInverseSphere = 1 / (4 * M_PI);
+/// A cube nearer to a lamp than this many of its radii is cut into eight, down to the finest side in voxels.
+constexpr double kNearLamp = 4, kFinestCube = 1.0 / 64;
 
 bool grey(const Vec3d& c) {
   return c[0] == c[1] && c[0] == c[2];
@@ -49,7 +51,7 @@ class Gatherer {
 
   void gather(const Coord& voxel, float rho, Gathered& sum) const {
     for (const BeamSample& beam : lights_.beams) addBeam(beam, voxel, rho, sum);
-    for (const PointSample& point : lights_.points) addPoint(point, voxel, rho, sum);
+    for (const PointSample& point : lights_.points) addPoint(point, voxel.asVec3d(), 1, rho, sum);
     for (const Vec3d& direction : gather_) addReflected(direction, voxel, rho, sum);
   }
 
@@ -112,23 +114,33 @@ class Gatherer {
     }
   }
 
-  void addPoint(const PointSample& point, const Coord& voxel, float rho, Gathered& sum) const {
-    const Vec3d centre = voxel.asVec3d(), from = medium_.transform().toWorld(centre);
-    const Vec3d separation = point.position - from;
-    const double r = separation.length();
+  /// A lamp's light in a cube of `side` voxels about p, a part of the voxel with density rho. Near the lamp
+  /// the cube is cut into eight, as 1/r^2 and the shadow of the medium change too much across it.
+  void addPoint(const PointSample& point, const Vec3d& p, double side, float rho, Gathered& sum) const {
+    const Vec3d from = medium_.transform().toWorld(p), separation = point.position - from;
+    const double r = separation.length(), radius = side * ball_radius_;
+    if (side > kFinestCube && r < kNearLamp * radius) {
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3d offset(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        addPoint(point, p + offset * (0.25 * side), 0.5 * side, rho, sum);
+      }
+      return;
+    }
     LightPath path;
     Vec3d toward(0);
-    if (r > 1e-6 * ball_radius_) toward = separation / r;
+    if (r > 1e-6 * radius) toward = separation / r;
     const double falloff = point.profile == PointSample::Profile::kIsotropic ? 1 : point.falloff(-toward);
     if (falloff <= 0) return;
-    if (r > ball_radius_) {
+    if (r > radius) {
       if (!occluder_.empty() && occluder_.hidden(from, toward, r)) return;
-      path = lightPath(medium_.density, rho, centre, centre, toward, r, enough_);
+      const Vec3d d = medium_.transform().directionToIndex(toward);
+      const double half = side * exitOfVoxel(p, d, p);  // of the chord through the cube's centre
+      path.inside = rho * (std::min(half, r) + half);
+      path.before = columnDensity(medium_.density, p, d, half, r, enough_);
     } else {
-      path.inside =
-          rho * ball_radius_;  // the lamp shines inside the voxel: its light leaves from 0 to the rim
+      path.inside = rho * radius;  // the lamp shines inside the cube: its light leaves from 0 to the rim
     }
-    const double spread = falloff * meanInverseSquare(r, ball_radius_) * kInverseSphere;
+    const double spread = falloff * meanInverseSquare(r, radius) * kInverseSphere * (side * side * side);
     add(point.intensity * spread, -toward, path, sum);
   }
 
