@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "medium/medium.h"
+#include "scene/scene.h"
 
 namespace vdb_diffuse {
 
@@ -58,6 +59,64 @@ inline double largestDifference(const Topology& topology, const Field<float>& a,
       largest = std::max(largest, std::abs(v));
     }
   return largest > 0 ? difference / largest : difference;
+}
+
+/// body(p, i) for every active voxel: its coordinates and its index in a field.
+template <typename Body>
+void forEachVoxel(const Topology& topology, const Body& body) {
+  for (size_t b = 0; b < topology.blockCount(); ++b)
+    for (auto it = topology.active(b).beginOn(); it; ++it)
+      body(topology.origin(b) + voxelLocal(static_cast<int>(it.pos())), b * kBlockVoxels + it.pos());
+}
+
+/// Largest |a(p) - b(map(p))| over the active voxels p of a, as a fraction of the largest |b|; infinity where
+/// map(p) is not active or the counts differ.
+inline double largestDifference(const Topology& topology_a, const Field<float>& a, const Topology& topology_b,
+                                const Field<float>& b, const std::function<Coord(Coord)>& map) {
+  if (topology_a.activeVoxelCount() != topology_b.activeVoxelCount()) return HUGE_VAL;
+  double difference = 0, largest = 0;
+  forEachVoxel(topology_a, [&](Coord p, size_t i) {
+    const Coord q = map(p);
+    const double v = topology_b.isActive(q) ? b.at(topology_b, q) : HUGE_VAL;
+    difference = std::max(difference, std::abs(a[i] - v));
+    largest = std::max(largest, std::abs(v));
+  });
+  return largest > 0 ? difference / largest : difference;
+}
+
+/// A number in 0..1 hashed from the coordinates and a seed.
+inline double hashed(const Coord& p, uint64_t seed = 0) {
+  uint64_t h = seed + 1;
+  for (int a = 0; a < 3; ++a) {
+    h = (h ^ static_cast<uint32_t>(p[a])) * 0x9E3779B97F4A7C15ull;
+    h = (h ^ (h >> 29)) * 0xBF58476D1CE4E5B9ull;
+    h ^= h >> 32;
+  }
+  return static_cast<double>(h >> 11) * 0x1p-53;
+}
+
+/// A lumpy piece of cloud that is no symmetric shape: active where a hash of 3-voxel lumps says so, about
+/// three voxels of four, with densities from 0.1 to 1.1.
+inline double lumpyDensity(const Coord& p, uint64_t seed = 0) {
+  const Coord lump(p[0] / 3, p[1] / 3, p[2] / 3);
+  return hashed(lump, seed) < 0.25 ? -1 : 0.1 + hashed(p, seed + 7);
+}
+
+/// An emission of radiance Q(i,j,k) on a medium's voxels.
+inline void setEmission(Medium& medium, const std::function<double(Coord)>& Q) {
+  medium.emission = Field<float>(medium.topology());
+  forEachVoxel(medium.topology(), [&](Coord p, size_t i) { medium.emission[i] = static_cast<float>(Q(p)); });
+}
+
+inline Scene sunScene(const Vec3d& direction, const Vec3d& irradiance = Vec3d(1)) {
+  Scene scene;
+  scene.lights.push_back({"sun", SunLight{direction.unit(), irradiance, 0}});
+  return scene;
+}
+
+/// The parallelogram with corner p and sides u, v; its front is where u x v points.
+inline Mesh quad(const Vec3d& p, const Vec3d& u, const Vec3d& v) {
+  return {{p, p + u, p + u + v, p + v}, {{0, 1, 2}, {0, 2, 3}}};
 }
 
 }  // namespace vdb_diffuse

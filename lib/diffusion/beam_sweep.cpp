@@ -13,22 +13,24 @@ namespace {
 constexpr int kTile = 8;  // lattice tiles, in voxels: more than two, the width that rays of one voxel span
 constexpr double kGone = 1e-17;  // transmittance below which light is beyond any float beside the rest
 
-/// A lattice in index space: the ray (i, j) passes through (u, v) where the axis w is zero.
+/// A lattice in index space. It hangs on the middle of the active voxels, so that a volume that is moved or
+/// mirrored is lit the same.
 struct Lattice {
-  int u, v, w;  // axes
-  Vec3d d;      // direction in index space, |d[w]| = 1
-  int rays;     // per voxel and axis
+  int u, v, w;   // axes
+  Vec3d d;       // direction in index space, |d[w]| = 1
+  int rays;      // per voxel and axis
+  Vec3d anchor;  // the middle of the active voxels; a voxel's centre for a beam along the axis
   double shift[2];
   double length;  // world length per unit of t
   Vec3d start(int64_t i, int64_t j) const {
-    Vec3d p(0);
-    p[u] = (i + shift[0]) / rays - 0.5;
-    p[v] = (j + shift[1]) / rays - 0.5;
+    Vec3d p = anchor;
+    p[u] += (i + shift[0]) / rays - 0.5;
+    p[v] += (j + shift[1]) / rays - 0.5;
     return p;
   }
 };
 
-Lattice latticeOf(const Beam& beam, const Transform& transform) {
+Lattice latticeOf(const Beam& beam, const Transform& transform, const Vec3d& middle) {
   Lattice lattice;
   Vec3d d = transform.directionToIndex(beam.direction);
   lattice.w = 0;
@@ -42,6 +44,9 @@ Lattice latticeOf(const Beam& beam, const Transform& transform) {
   lattice.d = d;
   lattice.length = transform.directionToWorld(d).length();
   const bool along_axis = d[lattice.u] == 0 && d[lattice.v] == 0;
+  lattice.anchor = middle;
+  if (along_axis)
+    for (int a = 0; a < 3; ++a) lattice.anchor[a] = std::floor(middle[a]);
   lattice.rays = along_axis ? 1 : beam.rays;
   lattice.shift[0] = along_axis ? 0.5 : beam.shift[0];
   lattice.shift[1] = along_axis ? 0.5 : beam.shift[1];
@@ -55,9 +60,10 @@ std::array<std::vector<std::pair<int32_t, int32_t>>, 4> tilesOf(const Topology& 
   const double slope_u = lattice.d[lattice.u] / lattice.d[lattice.w],
                slope_v = lattice.d[lattice.v] / lattice.d[lattice.w];
   const auto range = [&](const Coord& origin, int axis, double slope, int32_t& first, int32_t& last) {
-    const double low = origin[lattice.w] - 0.5, high = low + kBlockWidth;
-    const double a = origin[axis] - 0.5 - std::max(slope * low, slope * high);
-    const double b = origin[axis] - 0.5 + kBlockWidth - std::min(slope * low, slope * high);
+    const double low = origin[lattice.w] - 0.5 - lattice.anchor[lattice.w], high = low + kBlockWidth;
+    const double side = origin[axis] - 0.5 - lattice.anchor[axis];
+    const double a = side - std::max(slope * low, slope * high);
+    const double b = side + kBlockWidth - std::min(slope * low, slope * high);
     first = static_cast<int32_t>(std::floor((a + 0.5) / kTile));
     last = static_cast<int32_t>(std::floor((b + 0.5) / kTile));
   };
@@ -100,6 +106,21 @@ double meanTransmittance(double tau) {
                 tau * (1. / 6 - tau * (1. / 24 - tau * (1. / 120 - tau * (1. / 720 - tau * (1. / 5040))))));
 }
 
+struct CoordRange {
+  Coord lowest, highest;
+};
+
+CoordRange activeBox(const Topology& topology) {
+  CoordRange box{Coord::max(), Coord::min()};
+  for (size_t b = 0; b < topology.blockCount(); ++b)
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const Coord p = topology.origin(b) + voxelLocal(static_cast<int>(it.pos()));
+      box.lowest.minComponent(p);
+      box.highest.maxComponent(p);
+    }
+  return box;
+}
+
 }  // namespace
 
 BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
@@ -118,6 +139,8 @@ BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& opt
     take(occluder.lowest());
     take(occluder.highest());
   }
+  const CoordRange box = activeBox(medium.topology());
+  middle_index_ = 0.5 * (box.lowest.asVec3d() + box.highest.asVec3d());
   middle_ = 0.5 * (low + high);
   radius_ = 0.5 * (high - low).length();
 }
@@ -125,7 +148,7 @@ BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& opt
 void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
   const Topology& topology = medium_.topology();
   const Transform& transform = medium_.transform();
-  const Lattice lattice = latticeOf(beam, transform);
+  const Lattice lattice = latticeOf(beam, transform, middle_index_);
   const int channels = static_cast<int>(optics_.size());
   const bool rescaled = !sum.beam.empty();
   const double share = 1.0 / (lattice.rays * lattice.rays);

@@ -11,13 +11,15 @@ namespace vdb_diffuse {
 namespace {
 
 constexpr double kInverseSphere = 1 / (4 * M_PI);
+/// A cube nearer to a lamp than this many of its radii is cut into eight, down to the finest side in voxels.
+constexpr double kNearLamp = 4, kFinestCube = 1.0 / 64;
 
 bool grey(const Vec3d& c) {
   return c[0] == c[1] && c[0] == c[2];
 }
 
 /// From so many beams on, as a dome has, they average among themselves and each takes one ray per voxel.
-constexpr size_t kManyBeams = 16;
+constexpr int kManyBeams = 16;
 
 /// Points of the unit square or cube, spread evenly by the generalised golden ratio of `dimensions`;
 /// -1/2..1/2.
@@ -63,7 +65,7 @@ class Gatherer {
 
   /// Marches from a voxel to the lights: to all of them, or only to those at a finite distance.
   void gather(const Coord& voxel, float rho, bool all, Gathered& sum) const {
-    for (const PointSample& point : lights_.points) addPoint(point, voxel, rho, sum);
+    for (const PointSample& point : lights_.points) addPoint(point, voxel.asVec3d(), 1, rho, sum);
     if (!all) return;
     for (const BeamSample& beam : lights_.beams) addBeam(beam, voxel, rho, sum);
     for (const Vec3d& direction : gather_) addReflected(direction, voxel, rho, sum);
@@ -73,21 +75,23 @@ class Gatherer {
   void sweep(FirstScatter& sum, const Progress& progress) const {
     const std::vector<ChannelOptics> optics(optics_, optics_ + channels_);
     const BeamSweep sweeps(medium_, optics, occluder_, reflected_);
-    const bool many = lights_.beams.size() >= kManyBeams;
     const size_t total = lights_.beams.size() + gather_.size();
     for (size_t n = 0; n < total; ++n) {
       Beam beam;
-      const bool reflected = n >= lights_.beams.size();
-      if (reflected) {
-        beam.direction = gather_[n - lights_.beams.size()];
+      int one_of_many = -1;  // its place among beams of the same light, where they are many
+      if (n < lights_.beams.size()) {
+        const BeamSample& sample = lights_.beams[n];
+        beam.direction = sample.direction;
+        beam.power = sample.irradiance * kInverseSphere;
+        if (sample.count >= kManyBeams) one_of_many = sample.index;
+      } else {
+        one_of_many = static_cast<int>(n - lights_.beams.size());
+        beam.direction = gather_[one_of_many];
         beam.from_surfaces = true;
         beam.weight = 1.0 / static_cast<double>(gather_.size());
-      } else {
-        beam.direction = lights_.beams[n].direction;
-        beam.power = lights_.beams[n].irradiance * kInverseSphere;
       }
-      if (many || reflected)
-        for (int a = 0; a < 2; ++a) beam.shift[a] = 0.5 + spreadPoint(static_cast<int>(n), a, 2);
+      if (one_of_many >= 0)
+        for (int a = 0; a < 2; ++a) beam.shift[a] = 0.5 + spreadPoint(one_of_many, a, 2);
       else
         beam.rays = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(rays_))));
       sweeps.add(beam, sum);
@@ -124,8 +128,12 @@ class Gatherer {
     }
   }
 
-  static Vec3d offset(int ray) {
-    return Vec3d(spreadPoint(ray, 0, 3), spreadPoint(ray, 1, 3), spreadPoint(ray, 2, 3));
+  /// Points of a voxel relative to its centre. They come in opposite pairs: were their mean not the centre,
+  /// every voxel would see the beam too early or too late.
+  static Vec3d offset(int ray, int rays) {
+    if (ray == rays - 1 && rays % 2 == 1) return Vec3d(0);
+    const Vec3d u(spreadPoint(ray / 2, 0, 3), spreadPoint(ray / 2, 1, 3), spreadPoint(ray / 2, 2, 3));
+    return ray % 2 ? -u : u;
   }
 
   void addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const {
@@ -134,11 +142,11 @@ class Gatherer {
     const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
     int off_axis = 0;
     for (int a = 0; a < 3; ++a) off_axis += std::abs(d[a]) > 1e-9 * longest;
-    const bool one_of_many = lights_.beams.size() >= kManyBeams;
+    const bool one_of_many = beam.count >= kManyBeams;
     const int rays = off_axis == 1 || one_of_many ? 1 : rays_;
-    const int first = one_of_many ? static_cast<int>(&beam - lights_.beams.data()) : 0;
+    const int first = one_of_many ? beam.index : 0;
     for (int ray = 0; ray < rays; ++ray) {
-      const Vec3d p = off_axis == 1 ? centre : centre + offset(first + ray);
+      const Vec3d p = off_axis == 1 ? centre : centre + offset(first + ray, one_of_many ? beam.count : rays);
       constexpr double kFar = std::numeric_limits<double>::infinity();
       if (!occluder_.empty() && occluder_.hidden(medium_.transform().toWorld(p), toward, kFar)) continue;
       add(beam.irradiance * (kInverseSphere / rays), beam.direction,
@@ -146,23 +154,33 @@ class Gatherer {
     }
   }
 
-  void addPoint(const PointSample& point, const Coord& voxel, float rho, Gathered& sum) const {
-    const Vec3d centre = voxel.asVec3d(), from = medium_.transform().toWorld(centre);
-    const Vec3d separation = point.position - from;
-    const double r = separation.length();
+  /// A lamp's light in a cube of `side` voxels about p, a part of the voxel with density rho. Near the lamp
+  /// the cube is cut into eight, as 1/r^2 and the shadow of the medium change too much across it.
+  void addPoint(const PointSample& point, const Vec3d& p, double side, float rho, Gathered& sum) const {
+    const Vec3d from = medium_.transform().toWorld(p), separation = point.position - from;
+    const double r = separation.length(), radius = side * ball_radius_;
+    if (side > kFinestCube && r < kNearLamp * radius) {
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3d offset(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        addPoint(point, p + offset * (0.25 * side), 0.5 * side, rho, sum);
+      }
+      return;
+    }
     LightPath path;
     Vec3d toward(0);
-    if (r > 1e-6 * ball_radius_) toward = separation / r;
+    if (r > 1e-6 * radius) toward = separation / r;
     const double falloff = point.profile == PointSample::Profile::kIsotropic ? 1 : point.falloff(-toward);
     if (falloff <= 0) return;
-    if (r > ball_radius_) {
+    if (r > radius) {
       if (!occluder_.empty() && occluder_.hidden(from, toward, r)) return;
-      path = lightPath(medium_.density, rho, centre, centre, toward, r, enough_);
+      const Vec3d d = medium_.transform().directionToIndex(toward);
+      const double half = side * exitOfVoxel(p, d, p);  // of the chord through the cube's centre
+      path.inside = rho * (std::min(half, r) + half);
+      path.before = columnDensity(medium_.density, p, d, half, r, enough_);
     } else {
-      path.inside =
-          rho * ball_radius_;  // the lamp shines inside the voxel: its light leaves from 0 to the rim
+      path.inside = rho * radius;  // the lamp shines inside the cube: its light leaves from 0 to the rim
     }
-    const double spread = falloff * meanInverseSquare(r, ball_radius_) * kInverseSphere;
+    const double spread = falloff * meanInverseSquare(r, radius) * kInverseSphere * (side * side * side);
     add(point.intensity * spread, -toward, path, sum);
   }
 

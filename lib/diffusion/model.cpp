@@ -24,8 +24,8 @@ ChannelOptics channelOptics(const Optics& optics, int channel, Model model) {
 double meanFreePathCap(const ModelSettings& settings, const Medium& medium) {
   if (settings.mean_free_path_cap) return *settings.mean_free_path_cap;
   if (settings.model != Model::kDefault) return std::numeric_limits<double>::infinity();
-  const double volume = medium.topology().activeVoxelCount() * medium.transform().voxelVolume();
-  return 0.2 * std::cbrt(volume);
+  const double count = static_cast<double>(medium.topology().activeVoxelCount());
+  return 0.2 * medium.transform().meanVoxelSize() * std::cbrt(count);
 }
 
 }  // namespace vdb_diffuse

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <openvdb/math/Mat3.h>
 #include <openvdb/Types.h>
+#include <openvdb/math/Mat3.h>
 #include <openvdb/math/Vec3.h>
 
 #include <cmath>
@@ -38,7 +38,11 @@ class Transform {
   Vec3d voxelSize() const { return Vec3d(axis_[0].length(), axis_[1].length(), axis_[2].length()); }
   double voxelVolume() const { return axis_[0].length() * axis_[1].length() * axis_[2].length(); }
   /// Side of the cube of a voxel's volume: the `h` of the discrete equations.
-  double meanVoxelSize() const { return std::cbrt(voxelVolume()); }
+  /// Exact for cubes, and scales exactly with powers of two.
+  double meanVoxelSize() const {
+    const Vec3d size = voxelSize();
+    return size[0] * std::cbrt((size[1] / size[0]) * (size[2] / size[0]));
+  }
 
  private:
   Vec3d axis_[3], origin_;

@@ -9,7 +9,7 @@
 namespace vdb_diffuse {
 
 struct CycleSettings {
-  int sweeps = 1;                ///< Gauss-Seidel sweeps in each block before and after the coarse correction
+  int sweeps = 2;                ///< Gauss-Seidel sweeps in each block before and after the coarse correction
   size_t direct_unknowns = 400;  ///< a level with at most so many active voxels is solved directly
   int coarsest_sweeps = 20;      ///< on the last level, where it is too large for that
 };

@@ -139,8 +139,14 @@ double PointSample::falloff(const Vec3d& direction) const {
 
 LightSamples sampleLights(const Scene& scene, const LightSampling& settings) {
   LightSamples samples;
-  for (const NamedLight& named : scene.lights)
+  for (const NamedLight& named : scene.lights) {
+    const size_t first = samples.beams.size();
     std::visit([&](const auto& light) { sample(light, settings, samples); }, named.light);
+    for (size_t i = first; i < samples.beams.size(); ++i) {
+      samples.beams[i].index = static_cast<int>(i - first);
+      samples.beams[i].count = static_cast<int>(samples.beams.size() - first);
+    }
+  }
   return samples;
 }
 

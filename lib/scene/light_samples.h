@@ -8,8 +8,9 @@ namespace vdb_diffuse {
 
 /// Light from far away in one direction.
 struct BeamSample {
-  Vec3d direction;   ///< the way it travels, unit length
-  Vec3d irradiance;  ///< on a plane that faces it, W/m2
+  Vec3d direction;           ///< the way it travels, unit length
+  Vec3d irradiance;          ///< on a plane that faces it, W/m2
+  int index = 0, count = 1;  ///< which of its light's beams this is
 };
 
 /// A point that shines. `profile` says how its intensity depends on the angle from `axis`:
