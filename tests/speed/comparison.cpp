@@ -118,12 +118,12 @@ class Comparer {
     const HypreHistory history = hypre_->observe(options, tightest);
     char text[120];
     std::snprintf(text, sizeof text, "%-32s setup %6.0f", options.name().c_str(),
-                  per_voxel_ * history.setup.wall);
+                  per_voxel_ * history.setup.cpu);
     std::string line = text;
     for (size_t t = 0; t < settings_.tolerances.size(); ++t) {
       const int iterations = history.iterationsTo(settings_.tolerances[t]);
       if (iterations < 0) continue;
-      const double seconds = history.setup.wall + history.seconds[iterations];
+      const double seconds = history.setup.cpu + history.seconds[iterations];
       std::snprintf(text, sizeof text, "   %.0e: %6.0f in %3d", settings_.tolerances[t], per_voxel_ * seconds,
                     iterations);
       line += text;

@@ -41,7 +41,7 @@ struct Comparison {
 };
 
 /// Both solvers on one system, on one thread unless said otherwise, taking turns in who goes first. Of the
-/// options that are tried on hypre each tolerance gets those that were fastest to it.
+/// options that are tried on hypre each tolerance gets those that took least of the processor's time to it.
 Comparison compareSolvers(const CloudSystem& system, const ComparisonSettings& settings);
 
 /// Our iterations to the tolerance, or -1.

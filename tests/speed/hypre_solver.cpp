@@ -61,7 +61,7 @@ struct Observer {
 HYPRE_Int observeAndPrecondition(HYPRE_Solver self, HYPRE_ParCSRMatrix A, HYPRE_ParVector r,
                                  HYPRE_ParVector z) {
   Observer& observer = *reinterpret_cast<Observer*>(self);
-  observer.history->seconds.push_back(observer.watch.read().wall);
+  observer.history->seconds.push_back(observer.watch.read().cpu);
   HYPRE_ParVectorGetValues(r, static_cast<HYPRE_Int>(observer.r.size()), nullptr, observer.r.data());
   observer.history->residual.push_back(scaledNorm(*observer.matrix, observer.r));
   return HYPRE_BoomerAMGSolve(observer.amg, A, r, z);

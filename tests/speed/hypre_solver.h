@@ -36,7 +36,8 @@ struct HypreRun {
   std::vector<double> x;
 };
 
-/// One residual per iteration, from 0 on, of the scaled norm over that of b, and when it was reached.
+/// One residual per iteration, from 0 on, of the scaled norm over that of b, and the processor's time until
+/// then.
 struct HypreHistory {
   Seconds setup;
   std::vector<double> residual, seconds;
@@ -45,7 +46,8 @@ struct HypreHistory {
 };
 
 /// Conjugate gradients preconditioned by BoomerAMG in double on one process and thread, from x = 0 (Henson
-/// and Yang 2002). Its own stopping norm is another, so it is told the number of iterations instead.
+/// and Yang 2002). Its own stopping norm is another, so it is told the number of iterations instead. It
+/// preconditions once more than it iterates, as hypre's does.
 class HypreSystem {
  public:
   HypreSystem(const Matrix& matrix, const std::vector<double>& b);

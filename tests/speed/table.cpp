@@ -22,7 +22,7 @@ void printComparison(const Comparison& c, double R) {
   std::printf("in no total: equation %.1f ns per voxel, hypre's copy of the matrix %.1f\n", c.equation,
               c.assembly);
   if (!c.tried.empty())
-    std::printf("hypre's options, one run each, ns per voxel with setup and iterations:\n");
+    std::printf("hypre's options, one run each, processor's ns per voxel with setup, and iterations:\n");
   for (const std::string& line : c.tried) std::printf("  %s\n", line.c_str());
   std::printf("%-38s %7s %5s %5s | %8s %8s %8s | %6s %8s | %6s | %9s %9s\n", "solver", "threads", "to",
               "iter.", "setup", "solve", "total ns", "x R", "cpu ns", "bytes", "residual", "error");
