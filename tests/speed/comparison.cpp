@@ -106,7 +106,7 @@ class Comparer {
     choices_.resize(settings_.tolerances.size());
     for (const auto coarsening : {HypreOptions::kPmis, HypreOptions::kHmis})
       for (const double theta : {0.25, 0.5})
-        for (const int aggressive : {0, 1}) tryOptions({coarsening, theta, aggressive});
+        for (const int aggressive : {0, 1, 2}) tryOptions({coarsening, theta, aggressive});
     constexpr double kReference = 1e-10;
     const HypreOptions& best = choices_.back().options;
     reference_ = hypre_->run(best, hypre_->observe(best, kReference).iterationsTo(kReference)).x;

@@ -31,6 +31,7 @@ HYPRE_Solver makePreconditioner(const HypreOptions& options) {
   HYPRE_BoomerAMGSetAggNumLevels(amg, options.aggressive_levels);
   HYPRE_BoomerAMGSetInterpType(amg, kExtendedPlusI);
   HYPRE_BoomerAMGSetPMaxElmts(amg, kEntries);
+  HYPRE_BoomerAMGSetKeepTranspose(amg, 1);  // quicker restriction for some memory
   HYPRE_BoomerAMGSetNumSweeps(amg, 1);
   HYPRE_BoomerAMGSetCycleRelaxType(amg, kForward, kDown);
   HYPRE_BoomerAMGSetCycleRelaxType(amg, kBackward, kUp);
