@@ -171,6 +171,7 @@ HypreHistory HypreSystem::observe(const HypreOptions& options, double tolerance)
 }
 
 HypreRun HypreSystem::run(const HypreOptions& options, int iterations) {
+  if (iterations < 0) throw std::runtime_error("hypre did not reach the tolerance with any options tried");
   HypreRun run;
   const size_t before = allocatedBytes();
   const HYPRE_Solver amg = makePreconditioner(options);
