@@ -72,7 +72,8 @@ Multigrid::Multigrid(std::shared_ptr<const Operator> finest, const CycleSettings
       break;
     }
     Transfer transfer;
-    auto coarse = std::make_shared<const Operator>(coarsen(*fine.A, transfer));
+    Parts parts = fine.A->finest() ? separatePieces(*fine.A) : wholeBlocks(*fine.A->topology);
+    auto coarse = std::make_shared<const Operator>(coarsen(*fine.A, std::move(parts), transfer));
     // Pieces too far apart to merge leave one voxel each, which the smoother solves exactly.
     if (10 * coarse->topology->activeVoxelCount() > 9 * unknowns) break;
     fine.to_coarse = std::move(transfer);

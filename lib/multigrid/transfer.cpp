@@ -1,5 +1,7 @@
 #include "multigrid/transfer.h"
 
+#include <algorithm>
+
 #include "multigrid/block_kernel.h"
 
 namespace vdb_diffuse {
@@ -84,14 +86,28 @@ VDB_DIFFUSE_INLINE void loadCoarseHalo(const Topology& coarse, const Field<float
   }
 }
 
-VDB_DIFFUSE_KERNEL void prolongToBlock(const Operator& A, const Transfer& transfer, const Topology& coarse,
-                                       const Field<float>& e, Field<float>& x, size_t b) {
+/// Which voxels of each row belong to a part, as the bytes of its mask.
+const uint8_t* rowsOf(const Operator& A, const Transfer& transfer, size_t p) {
+  const Part& part = transfer.parts.parts[p];
+  const BlockMask& mask = part.mask < 0 ? A.topology->active(part.block) : transfer.parts.masks[part.mask];
+  return reinterpret_cast<const uint8_t*>(&mask);  // OpenVDB's NodeMask holds nothing but its words
+}
+static_assert(sizeof(BlockMask) == kBlockVoxels / 8, "a block's mask is 64 bytes of bits");
+
+VDB_DIFFUSE_INLINE RowMask rowMask(uint8_t bits) {
+  constexpr RowMask kBits = {1, 2, 4, 8, 16, 32, 64, 128};
+  return (kBits & bits) != 0;
+}
+
+VDB_DIFFUSE_KERNEL void prolongToPart(const Operator& A, const Transfer& transfer, const Topology& coarse,
+                                      const Field<float>& e, Field<float>& x, size_t part) {
+  const size_t b = static_cast<size_t>(transfer.parts.parts[part].block);
   BlockFaces g;
   loadFaces(A, b, g);
   CoarseHalo c;
-  loadCoarseHalo(coarse, e, transfer.parent[b], octantOf(A.topology->origin(b)), c);
+  loadCoarseHalo(coarse, e, transfer.parent[part], octantOf(A.topology->origin(b)), c);
   float* out = x.block(b);
-  const float* inverse = A.inverse_diagonal.block(b);
+  const uint8_t* rows = rowsOf(A, transfer, part);
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < 8; ++j) {
       const RowWeights w = rowWeights(g, i, j);
@@ -102,12 +118,14 @@ VDB_DIFFUSE_KERNEL void prolongToBlock(const Operator& A, const Transfer& transf
           w.parent * spread(own) + w.x * spread(next_x) + w.y * spread(next_y) + w.z * spreadOuter(own);
       const int n = voxelOffset(i, j, 0);
       const Row zero = {};
-      storeRow(out + n, loadRow(out + n) + (loadRow(inverse + n) > 0 ? value : zero));
+      storeRow(out + n, loadRow(out + n) + (rowMask(rows[i * 8 + j]) ? value : zero));
     }
 }
 
-VDB_DIFFUSE_KERNEL void restrictBlock(const Operator& A, const Field<float>& b, const Field<float>& x,
-                                      Transfer& transfer, Field<float>& coarse_b, size_t block) {
+VDB_DIFFUSE_KERNEL void restrictPart(const Operator& A, const Field<float>& b, const Field<float>& x,
+                                     Transfer& transfer, Field<float>& coarse_b, size_t part) {
+  const size_t block = static_cast<size_t>(transfer.parts.parts[part].block);
+  const uint8_t* rows = rowsOf(A, transfer, part);
   BlockFaces g;
   Halo<float> u;
   loadFaces(A, block, g);
@@ -117,8 +135,10 @@ VDB_DIFFUSE_KERNEL void restrictBlock(const Operator& A, const Field<float>& b, 
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < 8; ++j) {
       const int n = voxelOffset(i, j, 0);
-      const Row r =
+      const Row zero = {};
+      const Row residual =
           loadRow(rhs + n) - (rowOfDifferences(g, u, i, j) + loadRow(sink + n) * loadRow(u.row(i, j)));
+      const Row r = rowMask(rows[i * 8 + j]) ? residual : zero;
       const RowWeights w = rowWeights(g, i, j);
       const Row own = w.parent * r, rx = w.x * r, ry = w.y * r, rz = w.z * r;
       float* to = &sum[(i >> 1) + 1][(j >> 1) + 1][1];
@@ -133,12 +153,12 @@ VDB_DIFFUSE_KERNEL void restrictBlock(const Operator& A, const Field<float>& b, 
       }
     }
   const Coord octant = octantOf(A.topology->origin(block));
-  float* out = coarse_b.block(transfer.parent[block]);
+  float* out = coarse_b.block(transfer.parent[part]);
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 4; ++k)
         out[voxelOffset(octant[0] + i, octant[1] + j, octant[2] + k)] = sum[i + 1][j + 1][k + 1];
-  float* spill = transfer.spill.data() + block * kSpill;
+  float* spill = transfer.spill.data() + part * kSpill;
   for (int j = 0; j < 4; ++j)
     for (int k = 0; k < 4; ++k) {
       spill[Topology::kMinusX * 16 + j * 4 + k] = sum[0][j + 1][k + 1];
@@ -150,12 +170,12 @@ VDB_DIFFUSE_KERNEL void restrictBlock(const Operator& A, const Field<float>& b, 
     }
 }
 
-void gatherSpill(const Topology& fine, const Transfer& transfer, Field<float>& coarse_b, size_t block) {
-  const Coord octant = octantOf(fine.origin(block));
-  float* out = coarse_b.block(transfer.parent[block]);
+void gatherSpill(const Topology& fine, const Transfer& transfer, Field<float>& coarse_b, size_t part) {
+  const Coord octant = octantOf(fine.origin(transfer.parts.parts[part].block));
+  float* out = coarse_b.block(transfer.parent[part]);
   for (int face = 0; face < 6; ++face) {
-    const int32_t near = fine.neighbours(block)[face];
-    if (near == kNoBlock) continue;
+    const int32_t near = transfer.neighbour[part][face];
+    if (near < 0) continue;
     const float* spill = transfer.spill.data() + static_cast<size_t>(near) * kSpill + (face ^ 1) * 16;
     const int at = face % 2 ? 3 : 0;
     for (int j = 0; j < 4; ++j)
@@ -166,32 +186,71 @@ void gatherSpill(const Topology& fine, const Transfer& transfer, Field<float>& c
   }
 }
 
-std::shared_ptr<const Topology> coarseTopology(const Topology& fine) {
+/// Coarse place of a part's block. Layers lie side by side along x, a power of two apart, so that they stay
+/// apart on all coarser levels.
+Coord coarseOrigin(const Coord& fine, int32_t layer, int32_t layer_distance) {
+  return Coord(((fine[0] >> 1) & ~7) + layer * layer_distance, (fine[1] >> 1) & ~7, (fine[2] >> 1) & ~7);
+}
+
+/// Half the smallest power of two that exceeds the volume's extent; 0 where the layers would not fit in the
+/// index space.
+int32_t layerDistance(const Topology& fine, int32_t layers) {
+  int64_t distance = 64;
+  while (distance < int64_t(fine.highest()[0]) - fine.lowest()[0] + 1) distance *= 2;
+  return fine.highest()[0] / 2 + distance * layers < (int64_t{1} << 30) ? static_cast<int32_t>(distance) : 0;
+}
+
+std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const Parts& parts,
+                                               int32_t layer_distance) {
+  std::vector<std::pair<Coord, size_t>> order;
+  order.reserve(parts.parts.size());
+  for (size_t p = 0; p < parts.parts.size(); ++p)
+    order.emplace_back(coarseOrigin(fine.origin(parts.parts[p].block), parts.parts[p].layer, layer_distance),
+                       p);
+  // Blocks stand in Morton order, so with one layer the children of a coarse block are consecutive already.
+  if (parts.layers > 1) std::sort(order.begin(), order.end());
   std::vector<Coord> origins;
   std::vector<BlockMask> masks;
-  for (size_t b = 0; b < fine.blockCount(); ++b) {  // children of one coarse block are consecutive
-    const Coord& o = fine.origin(b);
-    const Coord origin((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7);
+  for (const auto& [origin, p] : order) {
+    const Part& part = parts.parts[p];
     if (origins.empty() || origins.back() != origin) {
       origins.push_back(origin);
       masks.emplace_back();
     }
-    const Coord octant = octantOf(o);
-    for (auto it = fine.active(b).beginOn(); it; ++it) {
-      const Coord p = voxelLocal(it.pos());
-      masks.back().setOn(voxelOffset(octant[0] + p[0] / 2, octant[1] + p[1] / 2, octant[2] + p[2] / 2));
+    const Coord octant = octantOf(fine.origin(part.block));
+    const BlockMask& own = part.mask < 0 ? fine.active(part.block) : parts.masks[part.mask];
+    for (auto it = own.beginOn(); it; ++it) {
+      const Coord q = voxelLocal(it.pos());
+      masks.back().setOn(voxelOffset(octant[0] + q[0] / 2, octant[1] + q[1] / 2, octant[2] + q[2] / 2));
     }
   }
   return std::make_shared<const Topology>(std::move(origins), std::move(masks));
 }
 
-/// Coarse faces and sinks of the octant that one fine block fills.
-void coarsenBlock(const Operator& fine, const Transfer& transfer, Operator& coarse, size_t b) {
+/// Leaves only the faces below voxels of the part: what conducts joins voxels of one part.
+void keepPart(const BlockMask& own, BlockFaces& g) {
+  for (int n = 0; n < kBlockVoxels; ++n) {
+    if (own.isOn(n)) continue;
+    const Coord p = voxelLocal(n);
+    g.x[p[0]][p[1]][p[2]] = g.y[p[0]][p[1]][p[2]] = g.z[p[0]][p[1]][p[2]] = 0;
+  }
+}
+
+/// Coarse faces and sinks of the octant that one part fills.
+void coarsenPart(const Operator& fine, const Transfer& transfer, Operator& coarse, size_t p) {
+  const Part& part = transfer.parts.parts[p];
+  const size_t b = static_cast<size_t>(part.block), parent = static_cast<size_t>(transfer.parent[p]);
   BlockFaces g;
   loadFaces(fine, b, g);
-  const float* sink = fine.sink.block(b);
+  float sink[kBlockVoxels];
+  std::copy_n(fine.sink.block(b), kBlockVoxels, sink);
+  if (part.mask >= 0) {
+    const BlockMask& own = transfer.parts.masks[part.mask];
+    keepPart(own, g);
+    for (int n = 0; n < kBlockVoxels; ++n)
+      if (!own.isOn(n)) sink[n] = 0;
+  }
   const Coord octant = octantOf(fine.topology->origin(b));
-  const size_t parent = static_cast<size_t>(transfer.parent[b]);
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 4; ++k) {
@@ -211,34 +270,49 @@ void coarsenBlock(const Operator& fine, const Transfer& transfer, Operator& coar
 
 }  // namespace
 
-Operator coarsen(const Operator& fine, Transfer& transfer) {
+Operator coarsen(const Operator& fine, Parts parts, Transfer& transfer) {
   Operator coarse;
-  coarse.topology = coarseTopology(*fine.topology);
-  const size_t blocks = fine.topology->blockCount();
-  transfer.parent.resize(blocks);
-  forEachBlock(blocks, [&](size_t b) {
-    const Coord& o = fine.topology->origin(b);
-    transfer.parent[b] = coarse.topology->find(Coord((o[0] >> 1) & ~7, (o[1] >> 1) & ~7, (o[2] >> 1) & ~7));
+  int32_t layer_distance = layerDistance(*fine.topology, parts.layers);
+  if (layer_distance == 0) parts = wholeBlocks(*fine.topology);
+  coarse.topology = coarseTopology(*fine.topology, parts, layer_distance);
+  transfer.parts = std::move(parts);
+  const Parts& p = transfer.parts;
+  transfer.parent.resize(p.parts.size());
+  transfer.neighbour.resize(p.parts.size());
+  forEachBlock(p.parts.size(), [&](size_t i) {
+    const Part& part = p.parts[i];
+    transfer.parent[i] =
+        coarse.topology->find(coarseOrigin(fine.topology->origin(part.block), part.layer, layer_distance));
+    for (int face = 0; face < 6; ++face) {
+      const int32_t near = fine.topology->neighbours(part.block)[face];
+      transfer.neighbour[i][face] = -1;
+      if (near == kNoBlock) continue;
+      for (int32_t j = p.first[near]; j < p.first[near + 1]; ++j)
+        if (p.parts[j].layer == part.layer) transfer.neighbour[i][face] = j;
+    }
   });
-  transfer.spill = Field<float>((blocks * kSpill + kBlockVoxels - 1) / kBlockVoxels);
+  transfer.spill = Field<float>((p.parts.size() * kSpill + kBlockVoxels - 1) / kBlockVoxels);
   for (Field<float>& faces : coarse.faces) faces = Field<float>(*coarse.topology);
   coarse.sink = Field<float>(*coarse.topology);
-  forEachBlock(blocks, [&](size_t b) { coarsenBlock(fine, transfer, coarse, b); });
+  forEachBlock(p.parts.size(), [&](size_t i) { coarsenPart(fine, transfer, coarse, i); });
   formDiagonal(coarse);
   return coarse;
 }
 
 void restrictResidual(const Operator& A, const Field<float>& b, const Field<float>& x, Transfer& transfer,
                       Field<float>& coarse_b) {
-  const size_t blocks = A.topology->blockCount();
-  forEachBlock(blocks, [&](size_t block) { restrictBlock(A, b, x, transfer, coarse_b, block); });
-  forEachBlock(blocks, [&](size_t block) { gatherSpill(*A.topology, transfer, coarse_b, block); });
+  const size_t parts = transfer.parts.parts.size();
+  forEachBlock(parts, [&](size_t part) { restrictPart(A, b, x, transfer, coarse_b, part); });
+  forEachBlock(parts, [&](size_t part) { gatherSpill(*A.topology, transfer, coarse_b, part); });
 }
 
 void prolong(const Operator& A, const Transfer& transfer, const Topology& coarse_topology,
              const Field<float>& e, Field<float>& x) {
-  forEachBlock(A.topology->blockCount(),
-               [&](size_t b) { prolongToBlock(A, transfer, coarse_topology, e, x, b); });
+  const std::vector<int32_t>& first = transfer.parts.first;
+  forEachBlock(A.topology->blockCount(), [&](size_t b) {
+    for (int32_t part = first[b]; part < first[b + 1]; ++part)
+      prolongToPart(A, transfer, coarse_topology, e, x, static_cast<size_t>(part));
+  });
 }
 
 }  // namespace vdb_diffuse

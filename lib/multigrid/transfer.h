@@ -2,19 +2,21 @@
 
 #include <vector>
 
-#include "multigrid/operator.h"
+#include "multigrid/pieces.h"
 
 namespace vdb_diffuse {
 
-/// How a coarse level's voxels lie on a fine one: a coarse voxel is 2 x 2 x 2 fine ones, so each fine block
-/// is one octant of its parent block.
+/// How a coarse level's voxels lie on a fine one: a coarse voxel is 2 x 2 x 2 fine ones of one part, so each
+/// part of a fine block is one octant of its parent block.
 struct Transfer {
-  std::vector<int32_t> parent;  ///< coarse block of each fine block
-  Field<float> spill;           ///< scratch: what a fine block adds to coarse voxels of the six next octants
+  Parts parts;
+  std::vector<int32_t> parent;                    ///< coarse block of each part
+  std::vector<std::array<int32_t, 6>> neighbour;  ///< parts of the same layer across the faces; -1: none
+  Field<float> spill;  ///< scratch: what a part adds to coarse voxels of the six next octants
 };
 
-/// The next coarser operator: active where any child is, its sink the sum of the children's. A coarse
-/// conductance is half the sum of the four faces that cross the coarse face,
+/// The next coarser operator on the given parts: active where any child is, its sink the sum of the
+/// children's. A coarse conductance is half the sum of the four faces that cross the coarse face,
 ///
 ///      +----+----+----+----+
 ///      |         |         |       four paths side by side, each twice as long:
@@ -24,7 +26,7 @@ struct Transfer {
 ///
 /// so that voxels which do not touch stay apart wherever their coarse voxels differ. Measured against putting
 /// the inner faces in series with the crossing one: fewer iterations on wispy clouds and on raw densities.
-Operator coarsen(const Operator& fine, Transfer& transfer);
+Operator coarsen(const Operator& fine, Parts parts, Transfer& transfer);
 
 /// coarse b = P^T (b - A x)
 void restrictResidual(const Operator& A, const Field<float>& b, const Field<float>& x, Transfer& transfer,

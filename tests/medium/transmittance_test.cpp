@@ -30,13 +30,16 @@ TEST(ColumnDensity, IsLengthTimesDensityInAUniformBox) {
 }
 
 TEST(ColumnDensity, AddsUpVoxelByVoxel) {
-  const Medium medium = boxMedium(
-      Coord(20, 21, 22), Transform(), [](Coord p) { return lumpyDensity(p); }, Coord(-9, -10, -11));
+  // Three pieces with empty blocks between them.
+  const auto rho = [](Coord p) {
+    return (p[0] >= 9 && p[0] < 41) || (p[1] >= 9 && p[1] < 30) ? -1 : lumpyDensity(p);
+  };
+  const Medium medium = boxMedium(Coord(50, 40, 22), Transform(), rho, Coord(-25, -20, -11));
   const Topology& topology = medium.topology();
-  for (int n = 0; n < 100; ++n) {
+  for (int n = 0; n < 200; ++n) {
     const auto random = [n](int i) { return hashed(Coord(n, i, 1)); };
-    const Vec3d p(30 * random(0) - 15, 30 * random(1) - 15, 30 * random(2) - 15);
-    const Vec3d d(random(3) - 0.5, random(4) - 0.5, random(5) - 0.5);
+    const Vec3d p(50 * random(0) - 25, 40 * random(1) - 20, 22 * random(2) - 11);
+    const Vec3d d(2 * random(3) - 1, 2 * random(4) - 1, random(5) - 0.5);
     constexpr int kSteps = 40000;  // small steps along the ray, each in the voxel where its middle lies
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {

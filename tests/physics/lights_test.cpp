@@ -135,10 +135,16 @@ TEST(Sun, WideSunKeepsItsIrradiance) {
   }
 }
 
-TEST(Dome, UniformSkyHasItsRadianceEverywhere) {
+TEST(Dome, UniformSkyHasItsRadianceFromAllSides) {
   const Medium medium = thinBox(4, 0.5);
-  const Field<float> direct = directIn(medium, only(DomeLight{Vec3d(3), nullptr, 0}));
-  forEachVoxel(medium.topology(), [&](Coord, size_t i) { ASSERT_NEAR(direct[i], 3, 1e-5); });
+  FirstScatterSettings settings;
+  settings.want_flux = true;
+  const FirstScatter light =
+      firstScatter(medium, only(DomeLight{Vec3d(3), nullptr, 0}), Occluder({}), Model::kP1, settings);
+  forEachVoxel(medium.topology(), [&](Coord, size_t i) {
+    ASSERT_NEAR(light.direct[0][i], 3, 1e-5);
+    for (const Field<float>& component : light.beam_flux[0]) ASSERT_NEAR(component[i], 0, 0.03);
+  });
 }
 
 TEST(Colour, OfTheLightScalesTheChannelsOfAGreyMedium) {
