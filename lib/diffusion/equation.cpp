@@ -63,16 +63,27 @@ void loadDrive(const Equation& e, const Medium& medium, const VectorField& flux,
   Halo<float> rho;
   loadHalo(*e.A->topology, flux[axis], b, 0.0f, q);
   loadHalo(*e.A->topology, medium.density.values, b, 0.0f, rho);
+  const auto scale = [&](float& value, float density) {
+    value = static_cast<float>(factor * density * value);
+  };
   for (int x = -1; x <= 8; ++x)
     for (int y = -1; y <= 8; ++y) {
       if ((x < 0 || x > 7) && (y < 0 || y > 7)) continue;  // the corners are nobody's neighbours
-      for (int z = -1; z <= 8; ++z)
-        q.row(x, y)[z] = static_cast<float>(factor * rho.row(x, y)[z] * q.row(x, y)[z]);
+      for (int z = 0; z < 8; ++z) scale(q.row(x, y)[z], rho.row(x, y)[z]);
+    }
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      scale(q.below[x][y], rho.below[x][y]);
+      scale(q.above[x][y], rho.above[x][y]);
     }
 }
 
-float faceAt(const BlockFaces& g, int axis, int x, int y, int z) {
-  return axis == 0 ? g.x[x][y][z] : axis == 1 ? g.y[x][y][z] : g.z[x][y][z];
+/// The face between a voxel and the one below it along an axis; `above` takes the one above it.
+float faceAt(const BlockFaces& g, int axis, const Coord& p, bool above) {
+  const int x = p[0], y = p[1], z = p[2];
+  if (axis == 0) return g.x[x + above][y][z];
+  if (axis == 1) return g.y[x][y + above][z];
+  return above ? g.above[x][y][z] : g.below[x][y][z];
 }
 
 }  // namespace
@@ -177,11 +188,11 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const F
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
         const Coord p = voxelLocal(n);
-        const double own = q.row(p[0], p[1])[p[2]];
-        const double low = q.row(p[0] - dx, p[1] - dy)[p[2] - dz],
-                     high = q.row(p[0] + dx, p[1] + dy)[p[2] + dz];
-        const double in = faceAt(g, axis, p[0], p[1], p[2]) * half * (low + own);
-        const double on = faceAt(g, axis, p[0] + dx, p[1] + dy, p[2] + dz) * half * (own + high);
+        const double own = q.at(p[0], p[1], p[2]);
+        const double low = q.at(p[0] - dx, p[1] - dy, p[2] - dz),
+                     high = q.at(p[0] + dx, p[1] + dy, p[2] + dz);
+        const double in = faceAt(g, axis, p, false) * half * (low + own);
+        const double on = faceAt(g, axis, p, true) * half * (own + high);
         const double outward =
             half * own * (open.g[2 * axis + 1][n] - static_cast<double>(open.g[2 * axis][n]));
         sum.drive_out += outward;
@@ -211,20 +222,19 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<float>& 
       if (driven)
         loadDrive(e, medium, *Q1_flux, axis, b, q);
       else
-        std::fill_n(&q.v[0][0][0], sizeof(q.v) / sizeof(float), 0.0f);
+        clear(q);
       const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
       const double s = e.stretch[axis], half = 0.5 * s;  // conductances are per volume: times s is per area
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
         const Coord p = voxelLocal(n);
         const auto at = [&](const Halo<float>& f, int step) -> double {
-          return f.row(p[0] + step * dx, p[1] + step * dy)[p[2] + step * dz];
+          return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
         };
         const double below =
-            faceAt(g, axis, p[0], p[1], p[2]) * (at(u, -1) - at(u, 0) + half * (at(q, -1) + at(q, 0))) -
+            faceAt(g, axis, p, false) * (at(u, -1) - at(u, 0) + half * (at(q, -1) + at(q, 0))) -
             open.g[2 * axis][n] * (at(u, 0) - half * at(q, 0));
-        const double above = faceAt(g, axis, p[0] + dx, p[1] + dy, p[2] + dz) *
-                                 (at(u, 0) - at(u, 1) + half * (at(q, 0) + at(q, 1))) +
+        const double above = faceAt(g, axis, p, true) * (at(u, 0) - at(u, 1) + half * (at(q, 0) + at(q, 1))) +
                              open.g[2 * axis + 1][n] * (at(u, 0) + half * at(q, 0));
         flux[axis].block(b)[n] = static_cast<float>(0.5 * s * (below + above));
       }

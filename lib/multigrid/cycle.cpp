@@ -41,8 +41,8 @@ struct Multigrid::DirectSolver {
             join(i, index.row(x + 1, y)[z], g.x[x + 1][y][z]);
             join(i, index.row(x, y - 1)[z], g.y[x][y][z]);
             join(i, index.row(x, y + 1)[z], g.y[x][y + 1][z]);
-            join(i, index.row(x, y)[z - 1], g.z[x][y][z]);
-            join(i, index.row(x, y)[z + 1], g.z[x][y][z + 1]);
+            join(i, index.at(x, y, z - 1), g.below[x][y][z]);
+            join(i, index.at(x, y, z + 1), g.above[x][y][z]);
           }
     }
     factors.compute(matrix);

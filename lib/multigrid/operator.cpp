@@ -19,12 +19,14 @@ VDB_DIFFUSE_KERNEL void formDiagonalOfBlock(Operator& A, size_t b) {
 }
 
 VDB_DIFFUSE_KERNEL double applyToBlock(const Operator& A, const Field<float>& p, Field<float>& q, size_t b) {
+  const float* sink = A.sink.block(b);
+  float* out = q.block(b);
+  prefetchBlock(p.block(b));
+  prefetchBlock(sink);
   BlockFaces g;
   Halo<float> u;
   loadFaces(A, b, g);
   loadHalo(*A.topology, p, b, 0.0f, u);
-  const float* sink = A.sink.block(b);
-  float* out = q.block(b);
   DoubleRow dot = {};
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
@@ -49,12 +51,13 @@ VDB_DIFFUSE_KERNEL void residualOfBlock(const Operator& A, const Field<float>& b
     for (int j = 0; j < 8; ++j) {
       const double *c = u.row(i, j), *xl = u.row(i - 1, j), *xh = u.row(i + 1, j), *yl = u.row(i, j - 1),
                    *yh = u.row(i, j + 1);
-      const float *gx = g.x[i][j], *gX = g.x[i + 1][j], *gy = g.y[i][j], *gY = g.y[i][j + 1], *gz = g.z[i][j];
+      const float *gx = g.x[i][j], *gX = g.x[i + 1][j], *gy = g.y[i][j], *gY = g.y[i][j + 1],
+                  *gz = g.below[i][j], *gZ = g.above[i][j];
       const int n = voxelOffset(i, j, 0);
       for (int k = 0; k < 8; ++k) {
         const double flow = gx[k] * (c[k] - xl[k]) + gX[k] * (c[k] - xh[k]) + gy[k] * (c[k] - yl[k]) +
-                            gY[k] * (c[k] - yh[k]) + gz[k] * (c[k] - c[k - 1]) +
-                            gz[k + 1] * (c[k] - c[k + 1]);
+                            gY[k] * (c[k] - yh[k]) + gz[k] * (c[k] - u.at(i, j, k - 1)) +
+                            gZ[k] * (c[k] - u.at(i, j, k + 1));
         out[n + k] = static_cast<float>(rhs[n + k] - (flow + sink[n + k] * c[k]));
       }
     }

@@ -10,30 +10,37 @@ constexpr RowMask kColour[2] = {{0, -1, 0, -1, 0, -1, 0, -1}, {-1, 0, -1, 0, -1,
 
 VDB_DIFFUSE_KERNEL void smoothBlock(const Operator& A, const Field<float>& b, Field<float>& x, size_t block,
                                     SweepOrder order, int sweeps, bool start_zero, bool halo_zero) {
+  const float *inverse = A.inverse_diagonal.block(block), *rhs = b.block(block);
+  const uint8_t* rows = rowBits(A.topology->active(block));
+  prefetchBlock(rhs);
+  prefetchBlock(inverse);
+  if (!start_zero) prefetchBlock(x.block(block));
   BlockFaces g;
   Halo<float> u;
   loadFaces(A, block, g);
   if (halo_zero)
-    std::fill_n(&u.v[0][0][0], sizeof(u.v) / sizeof(float), 0.0f);
+    clear(u);
   else
     loadHalo(*A.topology, x, block, 0.0f, u);
   if (start_zero && !halo_zero)
     for (int i = 0; i < 8; ++i)
-      for (int j = 0; j < 8; ++j) std::fill_n(u.row(i, j), 8, 0.0f);
-  const float *inverse = A.inverse_diagonal.block(block), *rhs = b.block(block);
+      for (int j = 0; j < 8; ++j) storeRow(u.row(i, j), Row{});
   for (int pass = 0; pass < 2 * sweeps; ++pass) {
     const int colour = (pass & 1) ^ (order == SweepOrder::kBackward ? 1 : 0);
-    for (int i = 0; i < 8; ++i)
-      for (int j = 0; j < 8; ++j) {
-        const int n = voxelOffset(i, j, 0);
-        float* own = u.row(i, j);
-        const Row relaxed = (loadRow(rhs + n) + rowOfNeighbours(g, u, i, j)) * loadRow(inverse + n);
-        storeRow(own, kColour[(i + j + colour) & 1] ? relaxed : loadRow(own));
-      }
+    // Rows in a checkerboard too: no row waits for the store of the one before it, which is its neighbour.
+    for (int half = 0; half < 2; ++half)
+      for (int i = 0; i < 8; ++i)
+        for (int j = (i + half) & 1; j < 8; j += 2) {
+          if (!rows[i * 8 + j]) continue;
+          const int n = voxelOffset(i, j, 0);
+          float* own = u.row(i, j);
+          const Row relaxed = (loadRow(rhs + n) + rowOfNeighbours(g, u, i, j)) * loadRow(inverse + n);
+          storeRow(own, kColour[half ^ colour] ? relaxed : loadRow(own));
+        }
   }
   float* out = x.block(block);
   for (int i = 0; i < 8; ++i)
-    for (int j = 0; j < 8; ++j) std::copy_n(u.row(i, j), 8, out + i * 64 + j * 8);
+    for (int j = 0; j < 8; ++j) storeRow(out + voxelOffset(i, j, 0), loadRow(u.row(i, j)));
 }
 
 }  // namespace

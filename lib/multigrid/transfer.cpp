@@ -29,7 +29,7 @@ constexpr float kParentAtLeast = 0.25f;
 VDB_DIFFUSE_INLINE RowWeights rowWeights(const BlockFaces& g, int x, int y) {
   constexpr RowMask kOdd = {0, -1, 0, -1, 0, -1, 0, -1};
   const Row gx = loadRow(g.x[x + (x & 1)][y]), gy = loadRow(g.y[x][y + (y & 1)]);
-  const Row gz = kOdd ? loadRow(g.z[x][y] + 1) : loadRow(g.z[x][y]);
+  const Row gz = kOdd ? loadRow(g.above[x][y]) : loadRow(g.below[x][y]);
   const Row outer = gx + gy + gz, sum = rowOfConductance(g, x, y);
   // kLinear / sum, but so small that the outer weights together leave the parent its part; 0 / 0 is no
   // weight.
@@ -86,30 +86,24 @@ VDB_DIFFUSE_INLINE void loadCoarseHalo(const Topology& coarse, const Field<float
   }
 }
 
-/// Which voxels of each row belong to a part, as the bytes of its mask.
-const uint8_t* rowsOf(const Operator& A, const Transfer& transfer, size_t p) {
+const BlockMask& maskOf(const Operator& A, const Transfer& transfer, size_t p) {
   const Part& part = transfer.parts.parts[p];
-  const BlockMask& mask = part.mask < 0 ? A.topology->active(part.block) : transfer.parts.masks[part.mask];
-  return reinterpret_cast<const uint8_t*>(&mask);  // OpenVDB's NodeMask holds nothing but its words
-}
-static_assert(sizeof(BlockMask) == kBlockVoxels / 8, "a block's mask is 64 bytes of bits");
-
-VDB_DIFFUSE_INLINE RowMask rowMask(uint8_t bits) {
-  constexpr RowMask kBits = {1, 2, 4, 8, 16, 32, 64, 128};
-  return (kBits & bits) != 0;
+  return part.mask < 0 ? A.topology->active(part.block) : transfer.parts.masks[part.mask];
 }
 
 VDB_DIFFUSE_KERNEL void prolongToPart(const Operator& A, const Transfer& transfer, const Topology& coarse,
                                       const Field<float>& e, Field<float>& x, size_t part) {
   const size_t b = static_cast<size_t>(transfer.parts.parts[part].block);
-  BlockFaces g;
-  loadFaces(A, b, g);
-  CoarseHalo c;
-  loadCoarseHalo(coarse, e, transfer.parent[part], octantOf(A.topology->origin(b)), c);
   float* out = x.block(b);
-  const uint8_t* rows = rowsOf(A, transfer, part);
+  prefetchBlock(out);
+  BlockFaces g;
+  CoarseHalo c;
+  loadFaces(A, b, g);
+  loadCoarseHalo(coarse, e, transfer.parent[part], octantOf(A.topology->origin(b)), c);
+  const uint8_t* rows = rowBits(maskOf(A, transfer, part));
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < 8; ++j) {
+      if (!rows[i * 8 + j]) continue;
       const RowWeights w = rowWeights(g, i, j);
       const float* own = &c.at(i >> 1, j >> 1, 0);
       const float* next_x = &c.at((i >> 1) + (i & 1 ? 1 : -1), j >> 1, 0);
@@ -122,34 +116,51 @@ VDB_DIFFUSE_KERNEL void prolongToPart(const Operator& A, const Transfer& transfe
     }
 }
 
+/// Adds the sum of each two neighbours of a row to four coarse values.
+VDB_DIFFUSE_INLINE void addPairs(Row row, float* to) {
+  for (int m = 0; m < 4; ++m) to[m] += row[2 * m] + row[2 * m + 1];
+}
+
 VDB_DIFFUSE_KERNEL void restrictPart(const Operator& A, const Field<float>& b, const Field<float>& x,
                                      Transfer& transfer, Field<float>& coarse_b, size_t part) {
   const size_t block = static_cast<size_t>(transfer.parts.parts[part].block);
-  const uint8_t* rows = rowsOf(A, transfer, part);
+  const uint8_t* rows = rowBits(maskOf(A, transfer, part));
+  const float *rhs = b.block(block), *sink = A.sink.block(block);
+  prefetchBlock(x.block(block));
+  prefetchBlock(rhs);
+  prefetchBlock(sink);
   BlockFaces g;
   Halo<float> u;
   loadFaces(A, block, g);
   loadHalo(*A.topology, x, block, 0.0f, u);
-  const float *rhs = b.block(block), *sink = A.sink.block(block);
   float sum[6][6][6] = {};
-  for (int i = 0; i < 8; ++i)
-    for (int j = 0; j < 8; ++j) {
-      const int n = voxelOffset(i, j, 0);
-      const Row zero = {};
-      const Row residual =
-          loadRow(rhs + n) - (rowOfDifferences(g, u, i, j) + loadRow(sink + n) * loadRow(u.row(i, j)));
-      const Row r = rowMask(rows[i * 8 + j]) ? residual : zero;
-      const RowWeights w = rowWeights(g, i, j);
-      const Row own = w.parent * r, rx = w.x * r, ry = w.y * r, rz = w.z * r;
-      float* to = &sum[(i >> 1) + 1][(j >> 1) + 1][1];
-      float* to_x = &sum[(i >> 1) + (i & 1 ? 2 : 0)][(j >> 1) + 1][1];
-      float* to_y = &sum[(i >> 1) + 1][(j >> 1) + (j & 1 ? 2 : 0)][1];
-      for (int m = 0; m < 4; ++m) {
-        to[m] += own[2 * m] + own[2 * m + 1];
-        to_x[m] += rx[2 * m] + rx[2 * m + 1];
-        to_y[m] += ry[2 * m] + ry[2 * m + 1];
-        to[m - 1] += rz[2 * m];
-        to[m + 1] += rz[2 * m + 1];
+  const Row zero = {};
+  for (int m = 0; m < 4; ++m)
+    for (int n = 0; n < 4; ++n) {  // the four rows of coarse voxels (m, n): summed as rows, then pair by pair
+      Row own = zero, up = zero, next_x[2] = {zero, zero}, next_y[2] = {zero, zero};
+      bool any = false;
+      for (int c = 0; c < 4; ++c) {
+        const int i = 2 * m + (c >> 1), j = 2 * n + (c & 1), at = voxelOffset(i, j, 0);
+        if (!rows[i * 8 + j]) continue;
+        any = true;
+        const Row residual =
+            loadRow(rhs + at) - (rowOfDifferences(g, u, i, j) + loadRow(sink + at) * loadRow(u.row(i, j)));
+        const Row r = rowMask(rows[i * 8 + j]) ? residual : zero;
+        const RowWeights w = rowWeights(g, i, j);
+        own += w.parent * r;
+        up += w.z * r;
+        next_x[c >> 1] += w.x * r;
+        next_y[c & 1] += w.y * r;
+      }
+      if (!any) continue;
+      addPairs(own, &sum[m + 1][n + 1][1]);
+      for (int side = 0; side < 2; ++side) {
+        addPairs(next_x[side], &sum[m + 2 * side][n + 1][1]);
+        addPairs(next_y[side], &sum[m + 1][n + 2 * side][1]);
+      }
+      for (int k = 0; k < 4; ++k) {
+        sum[m + 1][n + 1][k] += up[2 * k];
+        sum[m + 1][n + 1][k + 2] += up[2 * k + 1];
       }
     }
   const Coord octant = octantOf(A.topology->origin(block));
@@ -232,7 +243,7 @@ void keepPart(const BlockMask& own, BlockFaces& g) {
   for (int n = 0; n < kBlockVoxels; ++n) {
     if (own.isOn(n)) continue;
     const Coord p = voxelLocal(n);
-    g.x[p[0]][p[1]][p[2]] = g.y[p[0]][p[1]][p[2]] = g.z[p[0]][p[1]][p[2]] = 0;
+    g.x[p[0]][p[1]][p[2]] = g.y[p[0]][p[1]][p[2]] = g.below[p[0]][p[1]][p[2]] = 0;
   }
 }
 
@@ -263,8 +274,8 @@ void coarsenPart(const Operator& fine, const Transfer& transfer, Operator& coars
             kTwiceAsFar * (g.x[x][y][z] + g.x[x][y][z + 1] + g.x[x][y + 1][z] + g.x[x][y + 1][z + 1]);
         coarse.faces[1].block(parent)[to] =
             kTwiceAsFar * (g.y[x][y][z] + g.y[x][y][z + 1] + g.y[x + 1][y][z] + g.y[x + 1][y][z + 1]);
-        coarse.faces[2].block(parent)[to] =
-            kTwiceAsFar * (g.z[x][y][z] + g.z[x][y + 1][z] + g.z[x + 1][y][z] + g.z[x + 1][y + 1][z]);
+        coarse.faces[2].block(parent)[to] = kTwiceAsFar * (g.below[x][y][z] + g.below[x][y + 1][z] +
+                                                           g.below[x + 1][y][z] + g.below[x + 1][y + 1][z]);
       }
 }
 

@@ -57,8 +57,13 @@ TEST(BeamSweep, AgreesWithMarchingFromEveryVoxel) {
       if (g > 0) {
         EXPECT_LT(relativeRms(medium.topology(), sweep.beam[0], march.beam[0]), 0.005);
       }
-      const FirstScatter few = lit(medium, scene, FirstScatterSettings().rays_per_voxel, false);
-      EXPECT_LT(relativeRms(medium.topology(), few.direct[0], march.direct[0]), 0.02);
+      // Voxels of up to 3 optical depths: a few rays miss by percents, and by less the more there are.
+      const double few =
+          relativeRms(medium.topology(), lit(medium, scene, 9, false).direct[0], march.direct[0]);
+      const double more =
+          relativeRms(medium.topology(), lit(medium, scene, 36, false).direct[0], march.direct[0]);
+      EXPECT_LT(few, 0.06);
+      EXPECT_LT(more, few / 2);
     }
 }
 
