@@ -11,7 +11,7 @@ struct DiffuseSettings {
   ModelSettings model;
   FirstScatterSettings source;
   double tolerance = 1e-4;  ///< on the scaled residual; energy closes within ten times it
-  int max_iterations = 400;
+  int max_iterations = 2000;
   bool want_flux = false;
   Progress progress;
 };

@@ -10,7 +10,7 @@ namespace vdb_diffuse {
 struct SolveSettings {
   double tolerance = 1e-4;  ///< on the diagonally scaled norm of the residual over that of b, > 0
   double balance = 0;       ///< if > 0, also on |sum of residuals| / |sum of b|, the energy's closure
-  int max_iterations = 400;
+  int max_iterations = 2000;
   Progress progress;  ///< told the logarithm of the residual's fall, as a fraction
 };
 

@@ -61,7 +61,7 @@ TEST(BeamSweep, AgreesWithMarchingFromEveryVoxel) {
       const double few =
           relativeRms(medium.topology(), lit(medium, scene, 9, false).direct[0], march.direct[0]);
       const double more =
-          relativeRms(medium.topology(), lit(medium, scene, 36, false).direct[0], march.direct[0]);
+          relativeRms(medium.topology(), lit(medium, scene, 81, false).direct[0], march.direct[0]);
       EXPECT_LT(few, 0.06);
       EXPECT_LT(more, few / 2);
     }
