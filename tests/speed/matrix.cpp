@@ -29,8 +29,8 @@ void appendRows(const Operator& A, const Field<int32_t>& unknown, size_t b, Matr
     join(index.row(x + 1, y)[z], g.x[x + 1][y][z]);
     join(index.row(x, y - 1)[z], g.y[x][y][z]);
     join(index.row(x, y + 1)[z], g.y[x][y + 1][z]);
-    join(index.row(x, y)[z - 1], g.z[x][y][z]);
-    join(index.row(x, y)[z + 1], g.z[x][y][z + 1]);
+    join(index.at(x, y, z - 1), g.below[x][y][z]);
+    join(index.at(x, y, z + 1), g.above[x][y][z]);
     matrix.start.push_back(static_cast<int>(matrix.value.size()));
   }
 }
