@@ -1,6 +1,7 @@
 #include "multigrid/solve.h"
 
 #include <cmath>
+#include <limits>
 
 namespace vdb_diffuse {
 namespace {
@@ -52,6 +53,9 @@ double step(const Operator& A, double alpha, const Field<float>& p, const Field<
 // A residual that the recurrence claims below this part of its start is compared with the true one: float
 // recurrences drift from the truth by their rounding.
 constexpr double kReplaceAfter = 1e-7;
+// A restart that leaves more than this part of the true residual has met the rounding of the float
+// corrections.
+constexpr double kStagnation = 0.9;
 
 }  // namespace
 
@@ -67,6 +71,7 @@ SolveReport solve(Multigrid& multigrid, const Field<float>& b, Field<double>& x,
   }
   const double b_sum = std::abs(sum(b));
   Field<float> r(*A.topology), z(*A.topology), p(*A.topology), q(*A.topology);
+  double previous = std::numeric_limits<double>::infinity();
   double tighter = 0.95;  // the recurrence aims below the tolerance, since the truth is a little above it
   while (true) {
     residual(A, b, x, r);
@@ -77,6 +82,8 @@ SolveReport solve(Multigrid& multigrid, const Field<float>& b, Field<double>& x,
     report.converged = start <= settings.tolerance && balanced;
     if (report.converged || report.iterations >= settings.max_iterations || !std::isfinite(start))
       return report;
+    if (start > kStagnation * previous) return report;  // as near as floats come
+    previous = start;
     double target = std::max(tighter * std::min(settings.tolerance, start), kReplaceAfter * start);
     tighter *= 0.5;
 

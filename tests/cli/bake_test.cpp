@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/run_program.h"
+#include "io/vdb_reader.h"
+
+namespace vdb_diffuse {
+namespace {
+
+struct Baked {
+  Outcome outcome;
+  nlohmann::json stats;
+};
+
+/// Bakes with these flags into folder/lit.vdb.
+Baked bake(const TemporaryFolder& folder, const std::string& input, const std::string& flags) {
+  Baked baked;
+  baked.outcome = runProgram("bake " + input + " -o " + folder.file("lit.vdb") + " --stats " +
+                             folder.file("stats.json") + " " + flags);
+  std::ifstream stats(folder.file("stats.json"));
+  if (stats) baked.stats = nlohmann::json::parse(stats);
+  return baked;
+}
+
+std::string smallCloud(const TemporaryFolder& folder) {
+  EXPECT_EQ(runProgram("make cloud -o " + folder.file("cloud.vdb") + " --voxels 20000").status, 0);
+  return folder.file("cloud.vdb");
+}
+
+TEST(Bake, StatsHaveEveryKeyAndTheEnergyCloses) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder);
+  for (const std::string flags :
+       {"--sun 1,0.5,-1 --g 0.7 --sigma-a 0.1", "--env 1 --sigma-s 1,0.7,0.4 --g -0.3",
+        "--sun 0,0,-1 --model p1", "--sun 0,0,-1 --model paper --sigma-a 0.2"}) {
+    const Baked baked = bake(folder, cloud, flags);
+    EXPECT_EQ(baked.outcome.status, 0) << flags << ": " << baked.outcome.error;
+    for (const char* key :
+         {"version", "active_voxels", "voxel_size", "seconds", "peak_bytes", "bytes_per_voxel", "levels",
+          "iterations", "relative_residual", "converged", "mean_free_path_cap", "energy", "estimated_error",
+          "negative_voxels", "threads", "warnings"})
+      EXPECT_TRUE(baked.stats.contains(key)) << key;
+    for (const char* key : {"read", "source", "setup", "solve", "sweeps", "write", "total"})
+      EXPECT_TRUE(baked.stats["seconds"].contains(key)) << key;
+    EXPECT_LT(std::abs(baked.stats["energy"]["closure"].get<double>()), 10 * 1e-4) << flags;
+    EXPECT_LE(baked.stats["relative_residual"].get<double>(), 1e-4) << flags;
+    EXPECT_TRUE(baked.stats["converged"].get<bool>()) << flags;
+  }
+}
+
+TEST(Bake, GridsAreThoseAskedForAndColouredWhereTheLightIs) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder);
+  EXPECT_EQ(bake(folder, cloud, "--sun 0,0,-1").outcome.status, 0);
+  const VdbFile grey(folder.file("lit.vdb"));
+  ASSERT_EQ(grey.grids().size(), 3u);  // density, diffuse, direct
+  for (const GridSummary& grid : grey.grids()) EXPECT_EQ(grid.value_type, "float") << grid.name;
+  EXPECT_EQ(
+      bake(folder, cloud, "--sun 0,0,-1 --sun-irradiance 1,2,3 --grids diffuse,flux,source").outcome.status,
+      0);
+  const VdbFile coloured(folder.file("lit.vdb"));
+  ASSERT_EQ(coloured.grids().size(), 3u);
+  for (const GridSummary& grid : coloured.grids()) EXPECT_EQ(grid.value_type, "vec3s") << grid.name;
+  // A grey medium scatters colours alike: green is twice red, blue three times.
+  const GridValues diffuse = coloured.readValues("diffuse");
+  for (size_t i = 0; i < diffuse.channels[0].size(); i += 97) {
+    EXPECT_NEAR(diffuse.channels[1][i], 2 * diffuse.channels[0][i], 1e-3 * diffuse.channels[1][i]);
+    EXPECT_NEAR(diffuse.channels[2][i], 3 * diffuse.channels[0][i], 1e-3 * diffuse.channels[2][i]);
+  }
+}
+
+TEST(Bake, WithoutLightTheResultIsZeroAndSaysSo) {
+  const TemporaryFolder folder;
+  const Baked baked = bake(folder, smallCloud(folder), "");
+  EXPECT_EQ(baked.outcome.status, 0);
+  EXPECT_NE(baked.outcome.error.find("no light reaches the volume"), std::string::npos);
+  EXPECT_EQ(baked.stats["iterations"], 0);
+  EXPECT_EQ(baked.stats["warnings"].size(), 1u);
+  const GridValues diffuse = VdbFile(folder.file("lit.vdb")).readValues("diffuse");
+  for (size_t i = 0; i < diffuse.channels[0].size(); ++i) EXPECT_EQ(diffuse.channels[0][i], 0.0f);
+}
+
+// A tolerance below what floats hold is never reached: the output is there, and says so.
+TEST(Bake, AnUnreachedToleranceIsStatus4AndWritten) {
+  const TemporaryFolder folder;
+  const Baked baked = bake(folder, smallCloud(folder), "--sun 0,0,-1 --tolerance 1e-15");
+  EXPECT_EQ(baked.outcome.status, 4);
+  EXPECT_NE(baked.outcome.error.find("above the tolerance"), std::string::npos) << baked.outcome.error;
+  EXPECT_FALSE(baked.stats["converged"].get<bool>());
+  EXPECT_TRUE(VdbFile(folder.file("lit.vdb")).has("diffuse"));
+}
+
+TEST(Bake, RefusesWithTheRightStatusAndOneLine) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder), out = " -o " + folder.file("x.vdb");
+  expectRefusal(runProgram("bake " + cloud + out + " --sigmas 2"), 2, {"--sigmas", "did you mean --sigma-s"});
+  expectRefusal(runProgram("bake " + cloud + out + " --grids difuse"), 2, {"difuse", "did you mean diffuse"});
+  expectRefusal(runProgram("bake " + cloud + out + " --g 1"), 2, {"--g"});
+  expectRefusal(runProgram("bake " + cloud + out + " --tolerance 0"), 2, {"--tolerance"});
+  expectRefusal(runProgram("bake " + cloud + " -o " + cloud), 2, {"is the input itself"});
+  expectRefusal(runProgram("bake " + cloud + out + " --density smoke"), 3, {"smoke", "it has density"});
+  expectRefusal(runProgram("bake " + folder.file("none.vdb") + out), 3, {"none.vdb"});
+  expectRefusal(runProgram("bake " + cloud + " -o " + folder.file("no/x.vdb")), 5, {"cannot be written"});
+}
+
+TEST(Bake, RealCloudsConvergeInAFewIterations) {
+  const char* samples = std::getenv("VDB_DIFFUSE_SAMPLES");
+  if (!samples) GTEST_SKIP() << "VDB_DIFFUSE_SAMPLES names no folder of sample volumes";
+  for (const std::string name : {"teapot_cloud.vdb", "wdas_cloud_sixteenth.vdb"}) {
+    const TemporaryFolder folder;
+    const Baked baked = bake(folder, std::string(samples) + "/" + name, "--sun 0.5,-0.8,0.3 --env 0.3");
+    EXPECT_EQ(baked.outcome.status, 0) << baked.outcome.error;
+    EXPECT_LE(baked.stats["relative_residual"].get<double>(), 1e-4);
+    EXPECT_LT(std::abs(baked.stats["energy"]["closure"].get<double>()), 10 * 1e-4);
+    EXPECT_LE(baked.stats["iterations"].get<int>(), 10) << name;
+  }
+}
+
+}  // namespace
+}  // namespace vdb_diffuse
