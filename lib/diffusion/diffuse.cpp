@@ -218,8 +218,12 @@ class Diffusion {
 
   void finish() {
     result_.direct = std::move(source_.direct);
-    const bool lit = result_.energy.scattered_in + result_.energy.emitted > 0;
-    if (!lit) result_.warnings.push_back("no light reaches the volume: the result is zero");
+    if (result_.energy.scattered_in + result_.energy.emitted > 0) return;
+    double light = 0;
+    for (const Field<float>& channel : result_.direct)
+      light += sumOverVoxels(topology(), [&](size_t b, int n) { return channel.block(b)[n]; });
+    result_.warnings.push_back(light > 0 ? "the medium scatters nothing and emits nothing: diffuse is zero"
+                                         : "no light reaches the volume: the result is zero");
   }
 };
 
