@@ -70,7 +70,7 @@ std::array<BallRow, 29> ballRows() {
   return rows;
 }
 
-// Half the moment of a half-empty ball along an axis is 16 voxels of 30; below this the mask is as good as
+// A ball that is empty beyond its middle layer has a moment of 70 voxels; below this the mask is as good as
 // symmetric about the voxel and names no direction.
 constexpr double kLeastMoment = 2;
 

@@ -100,7 +100,7 @@ struct Change {
 
 /// (1 - exp(-tau)) / tau; the series' first term left out is below 1e-9.
 double meanTransmittance(double tau) {
-  if (tau > 0.4) return -std::expm1(-tau) / tau;
+  if (tau > 0.2) return -std::expm1(-tau) / tau;
   return 1 -
          tau * (1. / 2 -
                 tau * (1. / 6 - tau * (1. / 24 - tau * (1. / 120 - tau * (1. / 720 - tau * (1. / 5040))))));

@@ -130,5 +130,27 @@ TEST(BeamSweep, APlateDarkensItsShadowAndNothingElse) {
     }
 }
 
+// Light that a sunlit ground throws up, by the sweep and by looking for the ground from every voxel. Both
+// take the same directions; the march looks along one ray through each voxel's centre.
+TEST(BeamSweep, ReflectedLightAgreesWithMarching) {
+  Medium medium = boxMedium(Coord(16, 16, 16), Transform::uniform(0.5), [](Coord) { return 0.3; });
+  Scene scene = sunAlong(Vec3d(0, 0, -1));
+  const auto total = [&](bool exact_march) {
+    const FirstScatter light = lit(medium, scene, 1, exact_march);
+    double sum = 0;
+    for (size_t i = 0; i < light.direct[0].size(); ++i) sum += light.direct[0][i];
+    return sum;
+  };
+  const double sun = total(false);
+  Surface ground;
+  ground.mesh.positions = {{-40, -40, -2}, {40, -40, -2}, {40, 40, -2}, {-40, 40, -2}};
+  ground.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  ground.albedo = Vec3d(0.6);
+  scene.surfaces.push_back(ground);
+  const double march = total(true) - sun, sweep = total(false) - sun;
+  EXPECT_GT(march, 0.1 * sun);
+  EXPECT_NEAR(sweep, march, 0.02 * march);
+}
+
 }  // namespace
 }  // namespace vdb_diffuse
