@@ -134,11 +134,6 @@ std::vector<OutputGrid> outputGrids(const BakeFlags& flags, const Medium& medium
   return grids;
 }
 
-/// Coloured where anything is: all lighting grids of a file then have three channels.
-void matchChannels(DiffuseResult& result) {
-  while (result.diffuse.size() < result.direct.size()) result.diffuse.push_back(result.diffuse.back());
-}
-
 void run(const BakeFlags& flags, ExitStatus& status) {
   const double start = now();
   checkWords(flags);
@@ -173,7 +168,6 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   settings.want_flux = flags.wants("flux");
   settings.progress = progress;
   DiffuseResult result = diffuse(medium, scene.scene, settings);
-  matchChannels(result);
   if (stats.active_voxels == 0) result.warnings.push_back("the density has no active voxels");
 
   const double write_start = now();
