@@ -3,33 +3,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "grid/row.h"
 #include "multigrid/operator.h"
 
 // One block at a time: its values with one layer of neighbours, its conductances, and the row of A.
 // Everything lives in the first-level cache while it is worked on.
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-/// Compiled for AVX2 as well and chosen when the program starts. The conductances are formed by one addition
-/// and one division, so they are the same numbers on either path.
-#define VDB_DIFFUSE_KERNEL __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define VDB_DIFFUSE_KERNEL
-#endif
-#define VDB_DIFFUSE_INLINE inline __attribute__((always_inline))
-
 namespace vdb_diffuse {
-
-/// The eight voxels of a row along z, as one vector register where the processor has it.
-using Row = float __attribute__((vector_size(32)));
-using RowMask = int __attribute__((vector_size(32)));  ///< per voxel all bits or none
-VDB_DIFFUSE_INLINE Row loadRow(const float* p) {
-  Row row;
-  __builtin_memcpy(&row, p, sizeof row);
-  return row;
-}
-VDB_DIFFUSE_INLINE void storeRow(float* p, Row row) {
-  __builtin_memcpy(p, &row, sizeof row);
-}
 
 /// The row one voxel further up, `low` taking the free place; and one further down, with `high`. Loading a
 /// row at an offset would wait for the store that has just written it.
@@ -40,25 +20,6 @@ VDB_DIFFUSE_INLINE Row shiftedUp(Row row, float low) {
 VDB_DIFFUSE_INLINE Row shiftedDown(Row row, float high) {
   const Row fill = high - Row{};
   return __builtin_shuffle(row, fill, RowMask{1, 2, 3, 4, 5, 6, 7, 8});
-}
-
-/// Which voxels of each row along z are active, a byte a row.
-VDB_DIFFUSE_INLINE const uint8_t* rowBits(const BlockMask& mask) {
-  static_assert(sizeof(BlockMask) == kBlockVoxels / 8, "OpenVDB's NodeMask holds nothing but its words");
-  return reinterpret_cast<const uint8_t*>(&mask);
-}
-VDB_DIFFUSE_INLINE RowMask rowMask(uint8_t bits) {
-  constexpr RowMask kBits = {1, 2, 4, 8, 16, 32, 64, 128};
-  return (kBits & bits) != 0;
-}
-
-/// Sums are kept in double, eight side by side and then in a fixed order.
-using DoubleRow = double __attribute__((vector_size(64)));
-VDB_DIFFUSE_INLINE DoubleRow widen(Row row) {
-  return __builtin_convertvector(row, DoubleRow);
-}
-VDB_DIFFUSE_INLINE double sumOf(DoubleRow v) {
-  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
 }
 
 /// A block's values and the six layers around it: rows along z, with the values below and above each apart.

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+
+#include "grid/topology.h"
+
+// Eight voxels side by side along a block's contiguous axis, the unit that kernels work on.
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+/// Compiled for AVX2 as well and chosen when the program starts. The conductances are formed by one addition
+/// and one division, so they are the same numbers on either path.
+#define VDB_DIFFUSE_KERNEL __attribute__((target_clones("arch=x86-64-v3", "default")))
+#else
+#define VDB_DIFFUSE_KERNEL
+#endif
+#define VDB_DIFFUSE_INLINE inline __attribute__((always_inline))
+
+namespace vdb_diffuse {
+
+/// The eight voxels of a row along z, as one vector register where the processor has it.
+using Row = float __attribute__((vector_size(32)));
+using RowMask = int __attribute__((vector_size(32)));  ///< per voxel all bits or none
+VDB_DIFFUSE_INLINE Row loadRow(const float* p) {
+  Row row;
+  __builtin_memcpy(&row, p, sizeof row);
+  return row;
+}
+VDB_DIFFUSE_INLINE void storeRow(float* p, Row row) {
+  __builtin_memcpy(p, &row, sizeof row);
+}
+
+/// Which voxels of each row along z are active, a byte a row.
+VDB_DIFFUSE_INLINE const uint8_t* rowBits(const BlockMask& mask) {
+  static_assert(sizeof(BlockMask) == kBlockVoxels / 8, "OpenVDB's NodeMask holds nothing but its words");
+  return reinterpret_cast<const uint8_t*>(&mask);
+}
+VDB_DIFFUSE_INLINE RowMask rowMask(uint8_t bits) {
+  constexpr RowMask kBits = {1, 2, 4, 8, 16, 32, 64, 128};
+  return (kBits & bits) != 0;
+}
+
+/// Sums are kept in double, eight side by side and then in a fixed order.
+using DoubleRow = double __attribute__((vector_size(64)));
+VDB_DIFFUSE_INLINE DoubleRow widen(Row row) {
+  return __builtin_convertvector(row, DoubleRow);
+}
+VDB_DIFFUSE_INLINE double sumOf(DoubleRow v) {
+  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+}
+
+}  // namespace vdb_diffuse
