@@ -1,0 +1,48 @@
+#pragma once
+
+#include "grid/row.h"
+
+namespace vdb_diffuse {
+
+/// What a segment of optical depth tau >= 0 does to light that passes it, and to light that starts on it:
+///
+///     e = exp(-tau),   m = (1 - e) / tau,   n = (1 - m) / tau      (1, 1 and 1/2 as tau -> 0)
+///
+/// With the source J(a) = J0 + a dJ at the fraction a of the segment, light psi that enters leaves as
+/// psi e + J0 (1 - e) + dJ (1 - m), and its mean on the segment is psi m + J0 (1 - m) + dJ (1/2 - n).
+struct Attenuation {
+  Row e, m, n;
+};
+
+/// exp(-x) for x >= 0 within 2e-7 of itself; 0 from about 87 on. Cephes' range reduction and polynomial.
+VDB_DIFFUSE_INLINE Row exponentialDecay(Row x) {
+  constexpr float kLog2E = 1.44269504f, kHigh = 0.693359375f, kLow = -2.12194440e-4f, kLargest = 87;
+  const Row y = -(x < kLargest ? x : Row{} + kLargest);
+  const RowMask power = __builtin_convertvector(y * kLog2E - 0.5f, RowMask);  // rounds to the nearest
+  const Row whole = __builtin_convertvector(power, Row);
+  const Row f = (y - whole * kHigh) - whole * kLow;
+  const Row series =
+      ((((1.9875691500e-4f * f + 1.3981999507e-3f) * f + 8.3334519073e-3f) * f + 4.1665795894e-2f) * f +
+       1.6666665459e-1f) *
+          f +
+      5.0000001201e-1f;
+  const Row value = series * f * f + f + 1.0f;
+  const RowMask scaled = reinterpret_cast<RowMask>(value) + (power << 23);
+  return x < kLargest ? reinterpret_cast<Row>(scaled) : Row{};
+}
+
+VDB_DIFFUSE_INLINE Attenuation attenuationOf(Row tau) {
+  constexpr float kSmall = 0.7f;  // below, the series of n leaves out less than 2e-8
+  const Row n_small =
+      1.0f / 2 -
+      tau * (1.0f / 6 -
+             tau * (1.0f / 24 -
+                    tau * (1.0f / 120 -
+                           tau * (1.0f / 720 - tau * (1.0f / 5040 - tau * (1.0f / 40320 - tau / 362880))))));
+  const Row m_small = 1.0f - tau * n_small;
+  const Row e = exponentialDecay(tau), inverse = 1.0f / tau, m = (1.0f - e) * inverse;
+  const RowMask small = tau < kSmall;
+  return {small ? 1.0f - tau * m_small : e, small ? m_small : m, small ? n_small : (1.0f - m) * inverse};
+}
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "grid/topology.h"
+#include "grid/transform.h"
+
+namespace vdb_diffuse {
+
+/// One step of every ray of a lattice through a layer of voxels: voxel (u, v) of the layer is passed by ray
+/// (u - shift_u, v - shift_v). Places are in voxels from the voxel's centre, along (w, u, v).
+struct LayerStep {
+  int shift_u, shift_v;
+  float extent;             ///< along w, 0..1
+  int entered_by, left_by;  ///< axis of the voxel's face: 0, 1, 2 for w, u, v
+  float enters[3];          ///< where the step begins
+  float moves[3];           ///< from there to its end
+};
+
+struct Layer {
+  int steps = 0;
+  LayerStep step[3];
+};
+
+/// The rays of one direction: a square lattice, one voxel apart in the plane across axis w, through the
+/// middle of the active voxels, so that a volume that is moved or mirrored meets the same rays.
+struct RayLattice {
+  int w, u, v;           ///< axes: w is the one that the rays are nearest to; v is z, or y where w is z
+  int sign;              ///< of the direction along w
+  Vec3d s;               ///< unit length, along the grid's axes
+  double weight;         ///< its share of the sphere
+  float length;          ///< of a ray across one layer, in mean voxel sizes
+  double cross_section;  ///< of a ray, in mean voxel sizes squared
+  int first_layer;       ///< voxel coordinate along w of layers[0]
+  std::vector<Layer> layers;
+  int first_u, first_v, rows, pitch;  ///< ray (i, j) stands at (i - first_u) * pitch + (j - first_v)
+
+  size_t rays() const { return static_cast<size_t>(rows) * pitch; }
+  size_t place(int i, int j) const {
+    return static_cast<size_t>(i - first_u) * pitch + static_cast<size_t>(j - first_v);
+  }
+};
+
+/// \param lowest, highest  corners of the blocks, inclusive;  \param middle  of the active voxels
+RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, const Coord& lowest,
+                          const Coord& highest, const Vec3d& middle);
+
+}  // namespace vdb_diffuse
