@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diffusion/equation.h"
+#include "diffusion/returned_light.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -35,6 +36,10 @@ double normalisation(const Channels& direct, const Medium& medium, const Channel
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
 }
 
+/// Voxels of at most this optical depth scatter a beam evenly; in thicker ones the equation asks where it
+/// comes from.
+constexpr double kThinVoxel = 0.3;
+
 class Diffusion {
  public:
   Diffusion(const Medium& medium, const Scene& scene, const DiffuseSettings& settings)
@@ -63,10 +68,19 @@ class Diffusion {
   size_t channels() const { return source_.direct.size(); }
   double weight(size_t c) const { return channels() == 1 ? 1 : kLuminance[c]; }
 
+  /// Optical depth of a side of the densest voxel.
+  double thickestVoxel() const {
+    float densest = 0;
+    for (size_t i = 0; i < medium_.density.values.size(); ++i)
+      densest = std::max(densest, medium_.density.values[i]);
+    const Vec3d sigma_t = medium_.optics.sigmaT();
+    return densest * std::max({sigma_t[0], sigma_t[1], sigma_t[2]}) * medium_.transform().meanVoxelSize();
+  }
+
   void gatherSource() {
     const double start = now();
     FirstScatterSettings first = settings_.source;
-    first.want_flux = settings_.want_flux;
+    first.want_flux = settings_.want_flux || thickestVoxel() > kThinVoxel;
     first.progress = settings_.progress;
     source_ = firstScatter(medium_, scene_, occluder_, settings_.model.model, first);
     result_.seconds_source = now() - start;
@@ -98,6 +112,11 @@ class Diffusion {
     const double start = now();
     multigrid_.reset();
     const ChannelOptics optics = channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model);
+    if (settings_.model.model == Model::kDefault) {
+      if (settings_.progress) settings_.progress("surface", 0);
+      equation_settings_.returned =
+          std::make_shared<const std::vector<float>>(returnedLight(medium_, optics.sigma_t_beam));
+    }
     equation_ = std::make_unique<Equation>(
         formEquation(medium_, optics, static_cast<int>(c), settings_.model.model, equation_settings_));
     if (equation_->floored_voxels > 0 && c == 0)
@@ -121,42 +140,62 @@ class Diffusion {
       return;
     }
     setUp(c);
-    const double start = now();
+    double start = now();
     const RightHandSide rhs = formRightHandSide(*equation_, medium_, Q0, flux, scale);
-    Field<double> x(topology());
+    ChannelSolution channel{*equation_, *multigrid_, Q0, flux, rhs, scale, Field<double>(topology()), {}};
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;
     solve_settings.max_iterations = settings_.max_iterations;
     solve_settings.progress = settings_.progress;
-    const SolveReport report = solve(*multigrid_, rhs.b, x, solve_settings);
-    result_.converged = result_.converged && report.converged;
-    result_.iterations = std::max(result_.iterations, report.iterations);
-    result_.relative_residual = std::max(result_.relative_residual, report.relative_residual);
+    const SolveReport report = solve(*multigrid_, rhs.b, channel.I0, solve_settings);
+    channel.converged = report.converged;
+    channel.iterations = report.iterations;
+    channel.relative_residual = report.relative_residual;
+    channel.escaped = escapedBy(*equation_, channel.I0) + rhs.drive_out;
     result_.seconds_solve += now() - start;
-    addEnergy(c, *equation_, optics, rhs, x, 1 / scale);
-    store(c, *equation_, flux, x, 1 / scale);
+    if (settings_.refine) {
+      start = now();
+      settings_.refine(channel);
+      result_.seconds_sweeps += now() - start;
+    }
+    result_.converged = result_.converged && channel.converged;
+    result_.iterations = std::max(result_.iterations, channel.iterations);
+    result_.relative_residual = std::max(result_.relative_residual, channel.relative_residual);
+    addEnergy(c, optics, channel);
+    store(c, channel);
+  }
+
+  double absorbedOf(const Equation& e, const Field<double>& x) const {
+    const double tau_a = e.optics.sigma_a * e.h;
+    const Field<float>& rho = medium_.density.values;
+    return sumOverVoxels(topology(), [&](size_t b, int n) {
+      return static_cast<double>(static_cast<float>(tau_a * rho.block(b)[n])) * x.block(b)[n];
+    });
+  }
+
+  double escapedBy(const Equation& e, const Field<double>& x) const {
+    return sumOverVoxels(
+               topology(),
+               [&](size_t b, int n) { return static_cast<double>(e.A->sink.block(b)[n]) * x.block(b)[n]; }) -
+           absorbedOf(e, x);
   }
 
   /// Powers of the light that has scattered. With delta-Eddington the equation's own light is split
   /// otherwise: what the rescaling left in the beam has scattered too, and leaves where the beam does.
-  void addEnergy(size_t c, const Equation& e, const ChannelOptics& optics, const RightHandSide& rhs,
-                 const Field<double>& x, double unscale) {
-    const double tau_a = optics.sigma_a * e.h;
+  void addEnergy(size_t c, const ChannelOptics& optics, const ChannelSolution& channel) {
+    const Equation& e = channel.equation;
+    const RightHandSide& rhs = channel.rhs;
+    const double unscale = 1 / channel.scale, tau_a = optics.sigma_a * e.h;
     const Field<float>& rho = medium_.density.values;
-    const double absorbed = sumOverVoxels(topology(), [&](size_t b, int n) {
-      return static_cast<double>(static_cast<float>(tau_a * rho.block(b)[n])) * x.block(b)[n];
-    });
-    const double sunk = sumOverVoxels(topology(), [&](size_t b, int n) {
-      return static_cast<double>(e.A->sink.block(b)[n]) * x.block(b)[n];
-    });
+    const double absorbed = absorbedOf(e, channel.I0);
     const double watts = 4 * M_PI * medium_.transform().voxelVolume() / e.h * weight(c);
     Energy& energy = result_.energy;
     energy.emitted += watts * unscale * rhs.emitted;
     if (source_.beam.empty()) {
       energy.scattered_in += watts * unscale * rhs.scattered_in;
       energy.absorbed += watts * unscale * absorbed;
-      energy.escaped += watts * unscale * (sunk - absorbed + rhs.drive_out);
+      energy.escaped += watts * unscale * channel.escaped;
       return;
     }
     const double direct = sumOverVoxels(topology(), [&](size_t b, int n) {
@@ -168,18 +207,18 @@ class Diffusion {
     const double left_in_beam = e.h * (optics.true_sigma_t * direct - optics.sigma_t_beam * beam);
     energy.scattered_in += watts * e.h * optics.true_sigma_s * direct;
     energy.absorbed += watts * (unscale * absorbed + tau_a * (beam - direct));
-    energy.escaped += watts * (unscale * (sunk - absorbed + rhs.drive_out) + left_in_beam);
+    energy.escaped += watts * (unscale * channel.escaped + left_in_beam);
   }
 
-  void store(size_t c, const Equation& e, const VectorField* Q1_flux, const Field<double>& x,
-             double unscale) {
+  void store(size_t c, const ChannelSolution& channel) {
+    const double unscale = 1 / channel.scale;
     Field<float> diffuse(topology());
     const bool rescaled = !source_.beam.empty();
     result_.negative_voxels += sumOverBlocks<size_t>(topology().blockCount(), [&](size_t b) {
       size_t negative = 0;
       for (auto it = topology().active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
-        double value = x.block(b)[n] * unscale;
+        double value = channel.I0.block(b)[n] * unscale;
         if (rescaled)
           value += static_cast<double>(source_.beam[c].block(b)[n]) - source_.direct[c].block(b)[n];
         negative += value < 0;
@@ -187,25 +226,25 @@ class Diffusion {
       }
       return negative;
     });
-    if (settings_.want_flux) addFlux(c, e, Q1_flux, x, unscale);
+    if (settings_.want_flux) addFlux(c, channel);
     result_.diffuse.push_back(std::move(diffuse));
   }
 
-  void addFlux(size_t c, const Equation& e, const VectorField* Q1_flux, const Field<double>& x,
-               double unscale) {
-    Field<float> I0(topology());
-    forEachBlock(topology().blockCount(), [&](size_t b) {
-      for (int n = 0; n < kBlockVoxels; ++n) I0.block(b)[n] = static_cast<float>(x.block(b)[n] * unscale);
-    });
-    VectorField third;  // I1 / 3 along the grid axes
-    for (Field<float>& component : third) component = Field<float>(topology());
-    diffusiveFlux(e, medium_, I0, Q1_flux, third);
+  void addFlux(size_t c, const ChannelSolution& channel) {
+    VectorField third;  // I1 / 3 along the grid axes, scaled as the solution is
+    const bool given = !channel.flux[0].empty();
+    if (!given) {
+      for (Field<float>& component : third) component = Field<float>(topology());
+      diffusiveFlux(channel.equation, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale},
+                    &third);
+    }
+    const VectorField& along_axes = given ? channel.flux : third;
     forEachBlock(topology().blockCount(), [&](size_t b) {
       for (auto it = topology().active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
         Vec3d world(0);
         for (int a = 0; a < 3; ++a) {
-          double along = third[a].block(b)[n];
+          double along = along_axes[a].block(b)[n] / channel.scale;
           if (!source_.direct_flux.empty())
             along += source_.beam_flux[c][a].block(b)[n] - source_.direct_flux[c][a].block(b)[n];
           world += medium_.transform().axis(a) / medium_.transform().axis(a).length() * along;

@@ -1,11 +1,28 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
-#include "diffusion/first_scatter.h"
+#include "diffusion/equation.h"
 #include "multigrid/solve.h"
 
 namespace vdb_diffuse {
+
+/// One channel after its diffusion solve, as a method that goes on from there finds it and leaves it.
+struct ChannelSolution {
+  const Equation& equation;
+  Multigrid& multigrid;
+  const Field<float>& Q0;      ///< mean of the beams in the medium that the equation sees, W/m2/sr
+  const VectorField* Q1_flux;  ///< their vector mean; null where g' = 0
+  const RightHandSide& rhs;
+  double scale;  ///< factor on the solution and on the right-hand side
+  Field<double> I0;
+  VectorField flux;    ///< I1 / 3 along the grid's axes, times scale; empty: what follows from I0
+  double escaped = 0;  ///< flux of I0 through all open faces, in units of mean voxel sizes squared
+  bool converged = true;
+  int iterations = 0;
+  double relative_residual = 0;
+};
 
 struct DiffuseSettings {
   ModelSettings model;
@@ -13,6 +30,7 @@ struct DiffuseSettings {
   double tolerance = 1e-4;  ///< on the scaled residual; energy closes within ten times it
   int max_iterations = 2000;
   bool want_flux = false;
+  std::function<void(ChannelSolution&)> refine;  ///< called for every channel that has light, may be empty
   Progress progress;
 };
 
@@ -36,7 +54,7 @@ struct DiffuseResult {
   size_t levels = 0;
   double mean_free_path_cap = 0;  ///< world units; 0: none
   size_t negative_voxels = 0;     ///< clamped to zero
-  double seconds_source = 0, seconds_setup = 0, seconds_solve = 0;
+  double seconds_source = 0, seconds_setup = 0, seconds_solve = 0, seconds_sweeps = 0;
   std::vector<std::string> warnings;
 };
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "diffusion/area_factor.h"
+#include "diffusion/source_shape.h"
 #include "grid/error.h"
 #include "multigrid/block_kernel.h"
 
@@ -35,6 +36,8 @@ void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
     areaFactors(topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]), b, area);
   else
     std::fill_n(area, kBlockVoxels, 1.0f);
+  if (e.settings.returned)
+    for (float& a : area) a *= (*e.settings.returned)[b];
   for (int face = 0; face < 6; ++face) {
     const int axis = face / 2, up = face % 2, stride = 64 >> (3 * axis), shift = 6 - 3 * axis;
     const int32_t across = topology.neighbours(b)[face];
@@ -56,26 +59,51 @@ void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
   }
 }
 
-/// A block's q = h sigma_s rho Q1 along one axis, with its neighbours'.
-void loadDrive(const Equation& e, const Medium& medium, const VectorField& flux, int axis, size_t b,
-               Halo<float>& q) {
-  const double factor = e.optics.sigma_s * e.h * 3 * e.optics.g;
-  Halo<float> rho;
-  loadHalo(*e.A->topology, flux[axis], b, 0.0f, q);
-  loadHalo(*e.A->topology, medium.density.values, b, 0.0f, rho);
-  const auto scale = [&](float& value, float density) {
-    value = static_cast<float>(factor * density * value);
-  };
-  for (int x = -1; x <= 8; ++x)
-    for (int y = -1; y <= 8; ++y) {
-      if ((x < 0 || x > 7) && (y < 0 || y > 7)) continue;  // the corners are nobody's neighbours
-      for (int z = 0; z < 8; ++z) scale(q.row(x, y)[z], rho.row(x, y)[z]);
+/// What the sources inside voxels add to I0 on the way from a voxel's centre to its upper and its lower face
+/// along an axis, both in voxels' units of I0: see equation.h. Zero in inactive voxels.
+struct Heads {
+  Field<float> upper, lower;
+};
+
+void formHeads(const Equation& e, const Medium& medium, const Field<float>& Q0, const VectorField* Q1_flux,
+               double scale, int axis, Heads& heads) {
+  const Topology& topology = *e.A->topology;
+  const double s = e.stretch[axis];
+  const double drive = Q1_flux ? 0.5 * s * scale * e.optics.sigma_s * e.h * 3 * e.optics.g : 0;
+  const double extinction = e.optics.sigma_t_beam * e.h * s;
+  const double inside = 2 * s * s * scale * e.optics.source_sigma * e.h;  // times r: h / D
+  if (heads.upper.empty()) heads.upper = heads.lower = Field<float>(topology);
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    const float *rho = medium.density.values.block(b), *r = e.A->half_resistance.block(b);
+    const float* flux = Q1_flux ? (*Q1_flux)[axis].block(b) : nullptr;
+    float *upper = heads.upper.block(b), *lower = heads.lower.block(b);
+    Halo<float> Q, resistance;
+    loadHalo(topology, Q0, b, 0.0f, Q);
+    loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), resistance);
+    const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const Coord p = voxelLocal(n);
+      const auto at = [&](const Halo<float>& f, int step) {
+        return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
+      };
+      const bool below = std::isfinite(at(resistance, -1)), above = std::isfinite(at(resistance, 1));
+      const double bound = flux ? 2 * extinction * rho[n] * std::abs(flux[n]) /
+                                      std::max(at(Q, 0), std::numeric_limits<float>::min())
+                                : 0;
+      const double k = sourceGrowth(at(Q, -1), at(Q, 0), at(Q, 1), below, above, bound);
+      int open_axes = 0;
+      for (int a = 0; a < 3; ++a) {
+        const Coord step(a == 0, a == 1, a == 2), q = p - step, o = p + step;
+        open_axes += !std::isfinite(resistance.at(q[0], q[1], q[2])) ||
+                     !std::isfinite(resistance.at(o[0], o[1], o[2]));
+      }
+      const double share = open_axes == 0 ? 1.0 / 3 : below && above ? 0.0 : 1.0 / open_axes;
+      const double half_q = flux ? drive * rho[n] * flux[n] : 0, source = inside * r[n] * rho[n] * at(Q, 0);
+      upper[n] = static_cast<float>(source * ((share - 1) / 8 + sourceAhead(k)) + half_q);
+      lower[n] = static_cast<float>(source * ((share - 1) / 8 + sourceAhead(-k)) - half_q);
     }
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) {
-      scale(q.below[x][y], rho.below[x][y]);
-      scale(q.above[x][y], rho.above[x][y]);
-    }
+  });
 }
 
 /// The face between a voxel and the one below it along an axis; `above` takes the one above it.
@@ -122,7 +150,7 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
       const int n = static_cast<int>(it.pos());
       const double tau = tau_tr * rho[n];
       floored += tau < vacuum;
-      r[n] = static_cast<float>(half * (std::max(tau, vacuum) + per_cap));
+      r[n] = static_cast<float>(half * std::max({tau, vacuum, per_cap}));
     }
     OpenFaces open;
     findOpenFaces(e, b, open);
@@ -152,13 +180,11 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const F
   const Topology& topology = *e.A->topology;
   const double tau_s = e.optics.source_sigma * e.h * scale;
   const double tau_a = e.optics.sigma_a * e.h * medium.optics.emission_scale * scale;
-  const bool driven = Q1_flux && e.optics.g != 0;
   struct Sums {
-    double scattered = 0, emitted = 0, drive_out = 0;
+    double scattered = 0, emitted = 0;
     void operator+=(const Sums& o) {
       scattered += o.scattered;
       emitted += o.emitted;
-      drive_out += o.drive_out;
     }
   };
   RightHandSide rhs;
@@ -175,71 +201,81 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const F
       sum.emitted += emitted;
       out[n] = static_cast<float>(scattered + emitted);
     }
-    if (!driven) return sum;
-    BlockFaces g;
-    OpenFaces open;
-    loadFaces(*e.A, b, g);
-    findOpenFaces(e, b, open);
-    for (int axis = 0; axis < 3; ++axis) {
-      Halo<float> q;
-      loadDrive(e, medium, *Q1_flux, axis, b, q);
+    return sum;
+  });
+  Heads heads;
+  for (int axis = 0; axis < 3; ++axis) {
+    formHeads(e, medium, Q0, Q1_flux, scale, axis, heads);
+    rhs.drive_out += sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
+      BlockFaces g;
+      OpenFaces open;
+      Halo<float> upper, lower;
+      loadFaces(*e.A, b, g);
+      findOpenFaces(e, b, open);
+      loadHalo(topology, heads.upper, b, 0.0f, upper);
+      loadHalo(topology, heads.lower, b, 0.0f, lower);
+      float* out = rhs.b.block(b);
+      double sum = 0;
       const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
-      const double half = 0.5 * e.stretch[axis] * scale;
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
         const Coord p = voxelLocal(n);
-        const double own = q.at(p[0], p[1], p[2]);
-        const double low = q.at(p[0] - dx, p[1] - dy, p[2] - dz),
-                     high = q.at(p[0] + dx, p[1] + dy, p[2] + dz);
-        const double in = faceAt(g, axis, p, false) * half * (low + own);
-        const double on = faceAt(g, axis, p, true) * half * (own + high);
-        const double outward =
-            half * own * (open.g[2 * axis + 1][n] - static_cast<double>(open.g[2 * axis][n]));
-        sum.drive_out += outward;
+        const double up = upper.at(p[0], p[1], p[2]), down = lower.at(p[0], p[1], p[2]);
+        const double in = faceAt(g, axis, p, false) * (upper.at(p[0] - dx, p[1] - dy, p[2] - dz) - down);
+        const double on = faceAt(g, axis, p, true) * (up - lower.at(p[0] + dx, p[1] + dy, p[2] + dz));
+        const double outward = open.g[2 * axis + 1][n] * up + open.g[2 * axis][n] * down;
+        sum += outward;
         out[n] += static_cast<float>(in - on - outward);
       }
-    }
-    return sum;
-  });
+      return sum;
+    });
+  }
   rhs.scattered_in = sums.scattered;
   rhs.emitted = sums.emitted;
-  rhs.drive_out = sums.drive_out;
   return rhs;
 }
 
-void diffusiveFlux(const Equation& e, const Medium& medium, const Field<float>& I0,
-                   const VectorField* Q1_flux, VectorField& flux) {
+void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>& I0, const BeamSource& beams,
+                   VectorField* flux, VectorField* slope) {
   const Topology& topology = *e.A->topology;
-  const bool driven = Q1_flux && e.optics.g != 0;
-  forEachBlock(topology.blockCount(), [&](size_t b) {
-    BlockFaces g;
-    OpenFaces open;
-    Halo<float> u, q;
-    loadFaces(*e.A, b, g);
-    findOpenFaces(e, b, open);
-    loadHalo(topology, I0, b, 0.0f, u);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (driven)
-        loadDrive(e, medium, *Q1_flux, axis, b, q);
-      else
-        clear(q);
+  Heads heads;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (beams.Q0) formHeads(e, medium, *beams.Q0, beams.Q1_flux, beams.scale, axis, heads);
+    forEachBlock(topology.blockCount(), [&](size_t b) {
+      BlockFaces g;
+      OpenFaces open;
+      Halo<double> u;
+      Halo<float> upper, lower;
+      loadFaces(*e.A, b, g);
+      findOpenFaces(e, b, open);
+      loadHalo(topology, I0, b, 0.0, u);
+      if (beams.Q0) {
+        loadHalo(topology, heads.upper, b, 0.0f, upper);
+        loadHalo(topology, heads.lower, b, 0.0f, lower);
+      } else {
+        clear(upper);
+        clear(lower);
+      }
       const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
-      const double s = e.stretch[axis], half = 0.5 * s;  // conductances are per volume: times s is per area
+      const double s = e.stretch[axis];  // conductances are per volume: times s is per area
+      const float* r = e.A->half_resistance.block(b);
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
         const Coord p = voxelLocal(n);
-        const auto at = [&](const Halo<float>& f, int step) -> double {
+        const auto at = [&](const auto& f, int step) -> double {
           return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
         };
+        const double high = at(u, 0) + at(upper, 0), low = at(u, 0) + at(lower, 0);
         const double below =
-            faceAt(g, axis, p, false) * (at(u, -1) - at(u, 0) + half * (at(q, -1) + at(q, 0))) -
-            open.g[2 * axis][n] * (at(u, 0) - half * at(q, 0));
-        const double above = faceAt(g, axis, p, true) * (at(u, 0) - at(u, 1) + half * (at(q, 0) + at(q, 1))) +
-                             open.g[2 * axis + 1][n] * (at(u, 0) + half * at(q, 0));
-        flux[axis].block(b)[n] = static_cast<float>(0.5 * s * (below + above));
+            faceAt(g, axis, p, false) * (at(u, -1) + at(upper, -1) - low) - open.g[2 * axis][n] * low;
+        const double above =
+            faceAt(g, axis, p, true) * (high - at(u, 1) - at(lower, 1)) + open.g[2 * axis + 1][n] * high;
+        if (flux) (*flux)[axis].block(b)[n] = static_cast<float>(0.5 * s * (below + above));
+        if (slope)
+          (*slope)[axis].block(b)[n] = static_cast<float>(high - low - s * s * r[n] * (below + above));
       }
-    }
-  });
+    });
+  }
 }
 
 }  // namespace vdb_diffuse

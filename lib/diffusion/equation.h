@@ -11,7 +11,7 @@ namespace vdb_diffuse {
 // Two moments of the transport equation with <1> = 1, <s> = 0, <s s> = Id/3 (I_d = I0 + I1.s) give
 //
 //     -div( D (grad I0 - sigma_s rho Q1) ) + sigma_a rho I0 = sigma_s rho Q0 + sigma_a rho Q
-//     I1 = 3 D (-grad I0 + sigma_s rho Q1),     D = 1 / (3 (sigma_tr rho + 1/L))
+//     I1 = 3 D (-grad I0 + sigma_s rho Q1),     D = 1 / (3 max(sigma_tr rho, 1/L))
 //
 // and, n inward, I0 - 2 D (dI0/dn - sigma_s rho n.Q1) = 0 on the boundary: no light comes in. Where the paper
 // prints something else:
@@ -35,12 +35,23 @@ namespace vdb_diffuse {
 //     out through the surface, n outward:       ( I_i + (h/2) q_i.n ) / ( r_i + 2/a )
 //
 // so neither density zero nor infinity is a special case.
+//
+// The first takes the flux to be the same from one centre to the other. Where a beam dies within a voxel it
+// is not: what scatters in the half voxel before a face adds
+//
+//     u = 2 r (share Q/8 + slope/24) sigma_s rho h        (- slope toward the lower face)
+//
+// to I on the way to it, so that (h/2) q.n becomes (h/2) q.n + u on either side. Q + slope x is the straight
+// line that stands for the exponential (source_shape.h); `share` is how much of the source leaves along this
+// axis: all of it where only this axis has an open face, a third in the interior. A voxel of 3 optical depths
+// in a uniform sky was 54 % too bright without. See Furnace.
 
 struct EquationSettings {
-  bool staircase = true;                           ///< use area factors; otherwise a = 1
-  double cap = 0;                                  ///< L, world units; infinity: none
-  std::shared_ptr<const Walls> walls;              ///< may be null
-  const std::vector<Surface>* surfaces = nullptr;  ///< whose albedos the walls have
+  bool staircase = true;                               ///< use area factors; otherwise a = 1
+  std::shared_ptr<const std::vector<float>> returned;  ///< by block, on the area factors; null: all 1
+  double cap = 0;                                      ///< L, world units; infinity: none
+  std::shared_ptr<const Walls> walls;                  ///< may be null
+  const std::vector<Surface>* surfaces = nullptr;      ///< whose albedos the walls have
 };
 
 /// The left-hand side for one channel of a medium; what the right-hand side needs is kept with it.
@@ -69,8 +80,16 @@ struct RightHandSide {
 RightHandSide formRightHandSide(const Equation& equation, const Medium& medium, const Field<float>& Q0,
                                 const VectorField* Q1_flux, double scale);
 
-/// I1 / 3, the flux of I0 per area along the grid axes, at a voxel's centre: the mean of its two faces.
-void diffusiveFlux(const Equation& equation, const Medium& medium, const Field<float>& I0,
-                   const VectorField* Q1_flux, VectorField& flux);
+/// What drives the diffuse light; Q0 null for light without sources of its own.
+struct BeamSource {
+  const Field<float>* Q0 = nullptr;
+  const VectorField* Q1_flux = nullptr;
+  double scale = 1;  ///< factor on both; I0 and the results have it already
+};
+
+/// I1 / 3, the flux of I0 per area along the grid axes, at a voxel's centre (the mean of its two faces), and
+/// the slope of I0 from its lower to its upper face. Either may be null.
+void diffusiveFlux(const Equation& equation, const Medium& medium, const Field<double>& I0,
+                   const BeamSource& beams, VectorField* flux, VectorField* slope = nullptr);
 
 }  // namespace vdb_diffuse

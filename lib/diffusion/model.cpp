@@ -25,7 +25,7 @@ double meanFreePathCap(const ModelSettings& settings, const Medium& medium) {
   if (settings.mean_free_path_cap) return *settings.mean_free_path_cap;
   if (settings.model != Model::kDefault) return std::numeric_limits<double>::infinity();
   const double count = static_cast<double>(medium.topology().activeVoxelCount());
-  return 0.2 * medium.transform().meanVoxelSize() * std::cbrt(count);
+  return 0.5 * medium.transform().meanVoxelSize() * std::cbrt(count);
 }
 
 }  // namespace vdb_diffuse

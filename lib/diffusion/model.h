@@ -12,8 +12,8 @@ enum class Model { kDefault, kP1, kPaper };
 
 struct ModelSettings {
   Model model = Model::kDefault;
-  /// Length L in D = 1/(3 (sigma_tr rho + 1/L)), world units, > 0; infinity: no cap; unset: the model's own,
-  /// which is 0.2 times the cube root of the active volume for kDefault and no cap for the others.
+  /// Length L in D = 1/(3 max(sigma_tr rho, 1/L)), world units, > 0; infinity: no cap; unset: the model's
+  /// own, which is 0.5 times the cube root of the active volume for kDefault and no cap for the others.
   std::optional<double> mean_free_path_cap;
 };
 
