@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "commands.h"
-#include "diffusion/diffuse.h"
 #include "example.h"
 #include "grid/spelling.h"
 #include "io/atomic_file.h"
@@ -16,6 +15,7 @@
 #include "progress_bar.h"
 #include "scene_options.h"
 #include "stats.h"
+#include "transport/illuminate.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -26,7 +26,7 @@ struct BakeFlags {
   ProgressFlags progress;
   std::string method = "multigrid", model = "default", cap = "auto";
   double tolerance = 1e-4;
-  int threads = 0, dilate = 0;
+  int threads = 0, dilate = 0, sweeps = 0;
   std::vector<std::string> grids{"density", "diffuse", "direct"}, keep;
   bool half = false, clamp = false, exact_shadows = false;
 
@@ -167,7 +167,9 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   settings.source.exact_march = flags.exact_shadows;
   settings.want_flux = flags.wants("flux");
   settings.progress = progress;
-  DiffuseResult result = diffuse(medium, scene.scene, settings);
+  TransportSettings transport;
+  transport.sweeps = flags.sweeps;
+  DiffuseResult result = illuminate(medium, scene.scene, settings, transport);
   if (stats.active_voxels == 0) result.warnings.push_back("the density has no active voxels");
 
   const double write_start = now();
@@ -224,9 +226,15 @@ void addBake(CLI::App& program, ExitStatus& status) {
   command
       ->add_option(
           "--mean-free-path-cap", flags->cap,
-          "Longest path that light takes between scatterings, world units; auto: 0.2 times the cube root of "
+          "Longest path that light takes between scatterings, world units; auto: 0.5 times the cube root of "
           "the active volume with the default model, else none")
       ->type_name("L|auto|none")
+      ->group(method)
+      ->capture_default_str();
+  command
+      ->add_option("--sweeps", flags->sweeps,
+                   "Transport sweeps after the diffusion solve: each buys a smaller error for more time")
+      ->check(CLI::Range(0, 100))
       ->group(method)
       ->capture_default_str();
   command->add_option("--tolerance", flags->tolerance, "Of the solve, on the scaled residual")

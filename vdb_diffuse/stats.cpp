@@ -26,7 +26,7 @@ void writeStats(const std::string& path, const BakeStats& stats, const DiffuseRe
         {"source", result.seconds_source},
         {"setup", result.seconds_setup},
         {"solve", result.seconds_solve},
-        {"sweeps", stats.sweeps},
+        {"sweeps", result.seconds_sweeps},
         {"write", stats.write},
         {"total", stats.total}}},
       {"peak_bytes", peak},

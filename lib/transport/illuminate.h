@@ -1,0 +1,24 @@
+#pragma once
+
+#include "diffusion/diffuse.h"
+
+namespace vdb_diffuse {
+
+struct TransportSettings {
+  int sweeps = 0;  ///< after the diffusion solve, each followed by a correction
+  int order = 8;   ///< of the level-symmetric set: 80 directions
+};
+
+/// Diffusion, then transport sweeps that buy its model error down.
+///
+/// A sweep integrates the transport equation with the light of the step before as scattering source
+/// (sweep.h). What the swept light leaves unbalanced,
+///
+///     R = sigma_s rho Q0 + sigma_a rho Q - sigma_a rho I0 - div F,
+///
+/// is the source of a diffusion solve with the same operator, whose solution d and flux -D grad d are added:
+/// diffusion synthetic acceleration (Alcouffe 1977; Larsen 1984). Energy closes after every step.
+DiffuseResult illuminate(const Medium& medium, const Scene& scene, const DiffuseSettings& settings,
+                         const TransportSettings& transport);
+
+}  // namespace vdb_diffuse

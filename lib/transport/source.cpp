@@ -1,0 +1,78 @@
+#include "transport/source.h"
+
+#include <cmath>
+#include <limits>
+
+#include "diffusion/source_shape.h"
+#include "medium/angular_basis.h"
+#include "multigrid/block_kernel.h"
+
+namespace vdb_diffuse {
+
+void formSweepSource(const ChannelSolution& channel, const Medium& medium, SweepSource& source) {
+  const Equation& e = channel.equation;
+  const Topology& topology = *e.A->topology;
+  const double extinction = e.optics.sigma_t_beam,
+               albedo = extinction > 0 ? e.optics.sigma_s / extinction : 0;
+  const double emission =
+      medium.emission.empty() ? 0 : (1 - albedo) * medium.optics.emission_scale * channel.scale;
+  const double anisotropy = std::sqrt(3.0) * e.optics.g * albedo;  // of the moments, sqrt(3) times the flux
+  const double tau_s = e.optics.sigma_s * e.h;
+  source.tau = Field<float>(topology);
+  source.J = Field<float>(topology);
+  for (Field<float>& slope : source.slope) slope = Field<float>(topology);
+  source.angular.clear();
+  for (int k = 0; anisotropy != 0 && k < kFirstOrder; ++k) source.angular.emplace_back(topology);
+
+  diffusiveFlux(e, medium, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, nullptr, &source.slope);
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    const float *rho = medium.density.values.block(b), *Q0 = channel.Q0.block(b);
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      source.tau.block(b)[n] = static_cast<float>(extinction * e.h * rho[n]);
+      const double Q = emission != 0 ? emission * medium.emission.block(b)[n] : 0;
+      source.J.block(b)[n] =
+          static_cast<float>(albedo * (channel.I0.block(b)[n] + channel.scale * Q0[n]) + Q);
+      for (size_t k = 0; k < source.angular.size(); ++k) {
+        const double of_beams = channel.Q1_flux ? channel.scale * (*channel.Q1_flux)[k].block(b)[n] : 0;
+        source.angular[k].block(b)[n] =
+            static_cast<float>(anisotropy * (channel.flux[k].block(b)[n] + of_beams));
+      }
+    }
+  });
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    const float* rho = medium.density.values.block(b);
+    const VectorField* beam_flux = channel.Q1_flux;
+    Halo<float> r, Q;
+    loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r);
+    loadHalo(topology, channel.Q0, b, 0.0f, Q);
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const Coord p = voxelLocal(n);
+      const double tau = source.tau.block(b)[n];
+      double slope[3], steepness = 0;
+      for (int a = 0; a < 3; ++a) {
+        const int dx = a == 0, dy = a == 1, dz = a == 2;
+        const auto at = [&](const Halo<float>& f, int step) {
+          return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
+        };
+        const double bound = beam_flux && at(Q, 0) > 0
+                                 ? 2 * tau * e.stretch[a] * std::abs((*beam_flux)[a].block(b)[n]) / at(Q, 0)
+                                 : 0;
+        const double k = sourceGrowth(at(Q, -1), at(Q, 0), at(Q, 1), std::isfinite(at(r, -1)),
+                                      std::isfinite(at(r, 1)), bound);
+        // I0 bends as its source does, I0'' = -2 r S: its moment is not that of the line between the faces
+        const double bend = k == 0 ? 0
+                                   : 2 * at(r, 0) * tau_s * rho[n] * e.stretch[a] * e.stretch[a] *
+                                         (k - sourceSlope(k)) / (k * k);
+        slope[a] =
+            albedo * (source.slope[a].block(b)[n] + channel.scale * at(Q, 0) * (sourceSlope(k) + bend));
+        steepness += std::abs(slope[a]);
+      }
+      const double J = source.J.block(b)[n], limit = 0.5 * steepness > J ? J / (0.5 * steepness) : 1;
+      for (int a = 0; a < 3; ++a) source.slope[a].block(b)[n] = static_cast<float>(slope[a] * limit);
+    }
+  });
+}
+
+}  // namespace vdb_diffuse
