@@ -1,43 +1,23 @@
-#include <tbb/global_control.h>
-#include <tbb/info.h>
-
-#include <chrono>
 #include <cmath>
 #include <iostream>
 #include <memory>
 
 #include "commands.h"
 #include "example.h"
-#include "grid/spelling.h"
-#include "io/atomic_file.h"
 #include "io/free_memory.h"
-#include "io/vdb_writer.h"
-#include "progress_bar.h"
-#include "scene_options.h"
+#include "lighting_run.h"
 #include "stats.h"
 #include "transport/illuminate.h"
 
 namespace vdb_diffuse {
 namespace {
 
-struct BakeFlags {
-  std::string input, output, stats;
-  SceneOptions scene;
-  ProgressFlags progress;
+struct BakeFlags : LightingFlags {
   std::string method = "multigrid", model = "default", cap = "auto";
   double tolerance = 1e-4;
-  int threads = 0, dilate = 0, sweeps = 0;
-  std::vector<std::string> grids{"density", "diffuse", "direct"}, keep;
-  bool half = false, clamp = false, exact_shadows = false;
-
-  bool wants(const std::string& grid) const {
-    return std::find(grids.begin(), grids.end(), grid) != grids.end();
-  }
+  int sweeps = 0;
+  bool exact_shadows = false;
 };
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 ModelSettings modelOf(const BakeFlags& flags) {
   ModelSettings settings;
@@ -52,26 +32,6 @@ ModelSettings modelOf(const BakeFlags& flags) {
     throw UsageError("--mean-free-path-cap: '" + flags.cap + "' is not auto, none or a length above 0");
   settings.mean_free_path_cap = length;
   return settings;
-}
-
-void checkWords(const BakeFlags& flags) {
-  static const std::vector<std::string> kGrids{"density", "diffuse", "direct", "flux", "source"};
-  for (const std::string& grid : flags.grids) {
-    if (std::find(kGrids.begin(), kGrids.end(), grid) != kGrids.end()) continue;
-    const std::string nearest = nearestSpelling(grid, kGrids);
-    throw UsageError("--grids: there is no '" + grid + "'" +
-                     (nearest.empty() ? "; choose from density,diffuse,direct,flux,source"
-                                      : "; did you mean " + nearest + "?"));
-  }
-  if (!(flags.tolerance > 0 && flags.tolerance < 1))
-    throw UsageError("--tolerance: a number between 0 and 1 is needed");
-  if (flags.threads < 0) throw UsageError("--threads: a number above 0 is needed");
-  if (sameFile(flags.input, flags.output))
-    throw UsageError(flags.output + ": is the input itself; give -o another name");
-  if (!flags.stats.empty() && (flags.stats == flags.output || sameFile(flags.stats, flags.input)))
-    throw UsageError("--stats: " + flags.stats + " is the input or the output; give it another name");
-  for (const std::string& path : {flags.output, flags.stats})
-    if (!path.empty()) AtomicFile probe(path);  // a folder one may not write to is found before the work
 }
 
 /// Refuses a bake that would not fit, before it allocates. Counted in 4-byte fields over the blocks: density,
@@ -96,17 +56,7 @@ void checkMemory(const std::string& path, const Medium& medium, bool flux) {
 
 Metadata settingsOf(const BakeFlags& flags, const Medium& medium, const MediumSettings& words,
                     const DiffuseResult& result) {
-  Metadata m;
-  m["generator"] = std::string("vdb_diffuse " VDB_DIFFUSE_VERSION);
-  const char* suffix[] = {"_r", "_g", "_b"};
-  for (int c = 0; c < 3; ++c) {
-    m[std::string("sigma_s") + suffix[c]] = medium.optics.sigma_s[c];
-    m[std::string("sigma_a") + suffix[c]] = medium.optics.sigma_a[c];
-  }
-  m["g"] = medium.optics.g;
-  m["emission_scale"] = medium.optics.emission_scale;
-  if (words.emission) m["emission"] = *words.emission;
-  m["density"] = medium.density.name;
+  Metadata m = flags.metadataOf(medium, words);
   m["model"] = flags.model;
   m["method"] = flags.method;
   m["mean_free_path_cap"] = result.mean_free_path_cap;
@@ -136,26 +86,19 @@ std::vector<OutputGrid> outputGrids(const BakeFlags& flags, const Medium& medium
 
 void run(const BakeFlags& flags, ExitStatus& status) {
   const double start = now();
-  checkWords(flags);
+  if (!(flags.tolerance > 0 && flags.tolerance < 1))
+    throw UsageError("--tolerance: a number between 0 and 1 is needed");
+  flags.check();
   const ModelSettings model = modelOf(flags);
   const SceneFile scene = flags.scene.resolve();
-  std::unique_ptr<tbb::global_control> limit;
-  if (flags.threads > 0)
-    limit =
-        std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, flags.threads);
+  const auto limit = flags.limitThreads();
   const Progress progress = makeProgress(flags.progress);
   if (progress) progress("read", 0);
 
   BakeStats stats;
-  stats.threads = flags.threads > 0 ? std::min(flags.threads, tbb::info::default_concurrency())
-                                    : tbb::info::default_concurrency();
+  stats.threads = flags.threadCount();
   const VdbFile file(flags.input);
-  ReadSettings reading;
-  reading.clamp = flags.clamp;
-  Medium medium;
-  medium.density = file.readDensity(scene.medium.density.value_or(""), reading);
-  medium.optics = opticsOf(scene.medium);
-  if (scene.medium.emission) medium.emission = file.readOnto(*scene.medium.emission, medium.density, reading);
+  const Medium medium = flags.readMedium(file, scene.medium);
   stats.active_voxels = medium.topology().activeVoxelCount();
   stats.voxel_size = medium.transform().meanVoxelSize();
   stats.read = now() - start;
@@ -174,14 +117,8 @@ void run(const BakeFlags& flags, ExitStatus& status) {
 
   const double write_start = now();
   if (progress) progress("write", 0);
-  WriteSettings writing;
-  writing.half = flags.half;
-  writing.dilate = flags.dilate;
-  std::vector<std::string> keep = flags.keep;
-  if (flags.wants("density")) keep.push_back(medium.density.name);
   const Metadata metadata = settingsOf(flags, medium, scene.medium, result);
-  const WriteReport written = writeVdb(flags.output, medium.density,
-                                       outputGrids(flags, medium, metadata, result), writing, &file, keep);
+  const WriteReport written = flags.write(file, medium, outputGrids(flags, medium, metadata, result));
   result.warnings.insert(result.warnings.end(), written.warnings.begin(), written.warnings.end());
   stats.write = now() - write_start;
   stats.total = now() - start;
@@ -207,10 +144,8 @@ void addBake(CLI::App& program, ExitStatus& status) {
   CLI::App* command =
       program.add_subcommand("bake", "First scatter and diffusion: lighting grids for a volume");
   const auto flags = std::make_shared<BakeFlags>();
-  command->add_option("IN.vdb", flags->input, "Volume with a density grid")->required();
-  command->add_option("-o,--output", flags->output, "VDB file to write")->required();
-  flags->scene.addTo(*command);
-  const std::string method = "Method", output = "Output";
+  flags->addInputTo(*command);
+  const std::string method = "Method";
   command->add_option("--method", flags->method, "multigrid")
       ->check(CLI::IsMember({"multigrid"}))
       ->group(method)
@@ -240,32 +175,12 @@ void addBake(CLI::App& program, ExitStatus& status) {
   command->add_option("--tolerance", flags->tolerance, "Of the solve, on the scaled residual")
       ->group(method)
       ->capture_default_str();
-  command->add_option("--threads", flags->threads, "At most this many; default all")->group(method);
   command
       ->add_flag("--exact-shadows", flags->exact_shadows,
                  "March from every voxel to every light, slowly, instead of sweeping along each direction")
       ->group(method);
-  command
-      ->add_flag("--clamp", flags->clamp,
-                 "Take densities that are not finite or negative as 0, not as an error")
-      ->group(method);
-  command->add_option("--grids", flags->grids, "Of density,diffuse,direct,flux,source")
-      ->delimiter(',')
-      ->type_name("NAME,...")
-      ->group(output)
-      ->default_str("density,diffuse,direct");
-  command->add_option("--keep", flags->keep, "Other grids of the input to pass through, or all")
-      ->delimiter(',')
-      ->type_name("NAME,...")
-      ->group(output);
-  command->add_flag("--half", flags->half, "Lighting grids in 16-bit floats")->group(output);
-  command->add_option("--dilate", flags->dilate, "Widen the lighting grids by so many voxels, 0 to 32")
-      ->check(CLI::Range(0, 32))
-      ->group(output);
-  command->add_option("--stats", flags->stats, "JSON file with times, memory, residual and energy")
-      ->type_name("FILE.json")
-      ->group(output);
-  addProgressFlags(command, flags->progress);
+  flags->addOutputTo(*command, "density,diffuse,direct,flux,source", "density,diffuse,direct",
+                     "JSON file with times, memory, residual and energy");
   setExample(command,
              "vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1 --sun-irradiance 3 --env 0.3 --g 0.6");
   command->callback([flags, &status] { run(*flags, status); });

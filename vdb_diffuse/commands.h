@@ -12,6 +12,7 @@ void addBake(CLI::App& program, ExitStatus& status);
 void addCompare(CLI::App& program, ExitStatus& status);
 void addInfo(CLI::App& program, ExitStatus& status);
 void addMake(CLI::App& program, ExitStatus& status);
+void addReference(CLI::App& program, ExitStatus& status);
 void addRender(CLI::App& program, ExitStatus& status);
 
 }  // namespace vdb_diffuse

@@ -76,6 +76,7 @@ int run(int argc, char** argv) {
   addCompare(program, status);
   addInfo(program, status);
   addMake(program, status);
+  addReference(program, status);
   addRender(program, status);
   setExample(&program,
              "vdb_diffuse make cloud -o cloud.vdb\n"

@@ -1,0 +1,283 @@
+#include "reference/path_tracer.h"
+
+#include <tbb/info.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+
+#include "grid/error.h"
+#include "reference/luminance.h"
+#include "reference/path.h"
+#include "reference/schedule.h"
+
+namespace vdb_diffuse {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Noise is an estimate as well, from this many batches at least; and however short the time, so many are
+/// done, for without them there is no standard error.
+constexpr uint64_t kTrustedBatches = 32, kFewestBatches = 4;
+constexpr uint64_t kPathsBetweenLooks = 64;  // at the clock and for an interrupt
+
+bool grey(const Vec3d& c) {
+  return c[0] == c[1] && c[0] == c[2];
+}
+
+bool coloured(const Light& light) {
+  return std::visit(
+      [](const auto& l) {
+        using T = std::decay_t<decltype(l)>;
+        if constexpr (std::is_same_v<T, SunLight>) {
+          return !grey(l.irradiance);
+        } else if constexpr (std::is_same_v<T, PointLight> || std::is_same_v<T, SpotLight>) {
+          return !grey(l.intensity);
+        } else if constexpr (std::is_same_v<T, AreaLight>) {
+          return !grey(l.radiance);
+        } else {
+          if (!grey(l.radiance)) return true;
+          if (l.image)
+            for (const Vec3f& pixel : l.image->pixels)
+              if (!grey(Vec3d(pixel))) return true;
+          return false;
+        }
+      },
+      light);
+}
+
+int channelsOf(const Medium& medium, const Scene& scene) {
+  if (!medium.optics.grey()) return 3;
+  for (const NamedLight& named : scene.lights)
+    if (coloured(named.light)) return 3;
+  for (const Surface& surface : scene.surfaces)
+    if (!grey(surface.albedo)) return 3;
+  return 1;
+}
+
+/// Evenly spread points of the unit cube, shifted at random as a whole, so that each is even by itself:
+/// Cranley and Patterson (1976) on the additive recurrence of the generalised golden ratio (Roberts, "The
+/// unreasonable effectiveness of quasirandom sequences", 2018).
+class SpreadPoints {
+ public:
+  static constexpr int kDimensions = 5;
+  explicit SpreadPoints(RandomStream& random) {
+    for (double& x : at_) x = random.uniform();
+  }
+  const double* next() {
+    constexpr double kRatio = 1.1347241384015194;  // root of x^6 = x + 1
+    double power = 1;
+    for (double& x : at_) {
+      power /= kRatio;
+      x += power;
+      if (x >= 1) x -= 1;
+    }
+    return at_;
+  }
+
+ private:
+  double at_[kDimensions];
+};
+
+class PathTracer {
+ public:
+  PathTracer(const Medium& medium, const Scene& scene, const ReferenceSettings& settings)
+      : settings_(settings),
+        start_(Clock::now()),
+        scenery_(medium, scene),
+        walk_(medium.density),
+        sources_(sourcesOf(scenery_)),
+        tally_(medium, channelsOf(medium, scene), settings.want_flux),
+        schedule_(medium.topology().activeVoxelCount(), sources_.size(), settings.samples) {
+    if (settings_.samples == 0 && !(settings_.noise > 0) && !(settings_.seconds > 0))
+      settings_.noise = kUsualNoise;
+    unit_ = 0;
+    for (const auto& source : sources_) unit_ += meanPower(*source);
+    if (!(unit_ > 0)) unit_ = 1;
+  }
+
+  ReferenceResult run() {
+    ReferenceResult result;
+    if (sources_.empty()) {
+      result.warnings.push_back("no light reaches the volume: there is no lamp, and nothing in it glows");
+    } else {
+      tbb::filter<void, Batch*> draw(tbb::filter_mode::serial_in_order, [this](tbb::flow_control& control) {
+        Batch* batch = nextBatch();
+        if (!batch) control.stop();
+        return batch;
+      });
+      tbb::filter<Batch*, Batch*> trace(tbb::filter_mode::parallel, [this](Batch* batch) {
+        this->trace(*batch);
+        return batch;
+      });
+      tbb::filter<Batch*, void> merge(tbb::filter_mode::serial_in_order,
+                                      [this](Batch* batch) { this->merge(*batch); });
+      tbb::parallel_pipeline(batchesInFlight(), draw & trace & merge);
+    }
+    tally_.finish(unit_, result);
+    result.seconds = seconds();
+    return result;
+  }
+
+ private:
+  struct Batch {
+    uint64_t number = 0, paths = 0;
+    bool complete = false;
+    std::unique_ptr<BatchTally> tally;
+  };
+
+  ReferenceSettings settings_;
+  Clock::time_point start_;
+  Scenery scenery_;
+  VoxelWalk walk_;
+  std::vector<std::unique_ptr<Source>> sources_;
+  Tally tally_;
+  Schedule schedule_;
+  double unit_;  // W: the mean power of a path, about
+  uint64_t drawn_ = 0;
+  std::atomic<bool> done_{false};
+  std::mutex free_mutex_;  // of the next two
+  std::vector<std::unique_ptr<Batch>> batches_;
+  std::vector<Batch*> free_;
+  std::mutex phase_mutex_;  // of the next two
+  std::string phase_ = "paths";
+  double fraction_ = 0;
+
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  static double meanPower(const Source& source) {
+    constexpr int kTrial = 512;
+    double sum = 0;
+    for (int n = 0; n < kTrial; ++n) {
+      RandomStream random(0, 1, n);
+      const double u[4] = {random.uniform(), random.uniform(), random.uniform(), random.uniform()};
+      sum += luminance(source.start(u, random).power);
+    }
+    return sum / kTrial;
+  }
+
+  /// One for each thread, and one more to draw while another is merged; fewer where memory is short. The
+  /// result does not depend on it.
+  size_t batchesInFlight() const {
+    const Topology& topology = scenery_.medium.topology();
+    size_t count = static_cast<size_t>(tbb::this_task_arena::max_concurrency()) + 1;
+    if (settings_.max_bytes == 0) return count;
+    const double each = Tally::bytesPerBatch(topology, tally_.channels(), tally_.wantsFlux());
+    const double left = static_cast<double>(settings_.max_bytes) -
+                        Tally::bytesOfSums(topology, tally_.channels(), tally_.wantsFlux());
+    if (left < each) {
+      char line[160];
+      std::snprintf(line, sizeof line, "paths through it take %.2f GiB at least, and %.2f GiB are free",
+                    (each + static_cast<double>(settings_.max_bytes) - left) / (1 << 30),
+                    static_cast<double>(settings_.max_bytes) / (1 << 30));
+      throw InputError(line);
+    }
+    return std::min(count, static_cast<size_t>(left / each));
+  }
+
+  Batch* nextBatch() {
+    if (done_) return nullptr;
+    const uint64_t paths = schedule_.next();
+    if (paths == 0) return nullptr;
+    Batch* batch = nullptr;
+    {
+      const std::lock_guard<std::mutex> lock(free_mutex_);
+      if (free_.empty()) {
+        batches_.push_back(std::make_unique<Batch>());
+        batches_.back()->tally = tally_.emptyBatch();
+        batch = batches_.back().get();
+      } else {
+        batch = free_.back();
+        free_.pop_back();
+      }
+    }
+    batch->number = drawn_++;
+    batch->paths = paths;
+    batch->complete = false;
+    return batch;
+  }
+
+  /// Paths are shared out among the sources in fixed numbers; a source's average counts, whatever its share.
+  void trace(Batch& batch) {
+    batch.tally->clear();
+    const auto follower = makeFollower(scenery_, walk_, tally_.channels(), *batch.tally);
+    uint64_t path = 0, sources_left = sources_.size(), paths_left = batch.paths;
+    for (const auto& source : sources_) {
+      --sources_left;
+      uint64_t n = static_cast<uint64_t>(std::llround(static_cast<double>(batch.paths) * source->share));
+      n = sources_left == 0 ? paths_left
+                            : std::clamp<uint64_t>(n, 1, std::max<uint64_t>(paths_left - sources_left, 1));
+      paths_left -= std::min(n, paths_left);
+      RandomStream shift(settings_.seed, batch.number, ~sources_left);
+      SpreadPoints points(shift);
+      const double weight = static_cast<double>(batch.paths) / static_cast<double>(n) / unit_;
+      for (uint64_t i = 0; i < n; ++i, ++path) {
+        if (path % kPathsBetweenLooks == 0 && !lookUp(batch)) return;
+        RandomStream random(settings_.seed, batch.number, path);
+        const double* u = points.next();
+        const PathStart start = source->start(u, random);
+        if (start.kind == PathStart::Kind::kNothing) continue;
+        follower->follow(start, start.power * weight, u[4], random);
+      }
+    }
+    batch.complete = true;
+  }
+
+  /// False where there is no more to do.
+  bool lookUp(const Batch& batch) {
+    if (done_) return false;
+    if (settings_.seconds > 0 && batch.number >= kFewestBatches && seconds() > settings_.seconds)
+      return false;
+    if (settings_.progress) {
+      std::string phase;
+      double fraction;
+      {
+        const std::lock_guard<std::mutex> lock(phase_mutex_);
+        phase = phase_;
+        fraction = std::max(fraction_, settings_.seconds > 0 ? seconds() / settings_.seconds : 0);
+      }
+      settings_.progress(phase, std::min(1.0, fraction));
+    }
+    return true;
+  }
+
+  void merge(Batch& batch) {
+    if (!batch.complete) done_ = true;
+    if (!done_) {
+      tally_.add(*batch.tally, batch.paths);
+      const double noise = tally_.noise();
+      if (settings_.noise > 0 && tally_.batches() >= kTrustedBatches && noise <= settings_.noise)
+        done_ = true;
+      const std::lock_guard<std::mutex> lock(phase_mutex_);
+      if (tally_.batches() >= kFewestBatches) {
+        char text[40];
+        std::snprintf(text, sizeof text, "noise %.2g %%", 100 * noise);
+        phase_ = text;
+      }
+      fraction_ = 0;
+      if (settings_.samples > 0)
+        fraction_ = static_cast<double>(tally_.paths()) / static_cast<double>(settings_.samples);
+      if (settings_.noise > 0 && noise > 0)
+        fraction_ = std::max(fraction_, std::min(1.0, settings_.noise * settings_.noise / (noise * noise)));
+    }
+    const std::lock_guard<std::mutex> lock(free_mutex_);
+    free_.push_back(&batch);
+  }
+};
+
+}  // namespace
+
+ReferenceResult reference(const Medium& medium, const Scene& scene, const ReferenceSettings& settings) {
+  if (medium.topology().activeVoxelCount() > 0) return PathTracer(medium, scene, settings).run();
+  ReferenceResult result;
+  const int channels = channelsOf(medium, scene);
+  result.diffuse = result.direct = result.diffuse_se = Channels(channels);
+  result.warnings.push_back("the density has no active voxels");
+  return result;
+}
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+
+#include "reference/path_tracer.h"
+
+namespace vdb_diffuse {
+
+/// What one batch of paths leaves in the voxels: power times length in units of h, voxel after voxel, the
+/// channels of a voxel together. Floats do: a batch is small enough for its sums to stay far from 2^24 times
+/// their terms.
+struct BatchTally {
+  std::vector<float> diffuse, direct;
+  std::vector<float> flux;  ///< three per voxel, along the grid's axes; empty unless wanted
+  ReferenceEnergy energy;   ///< in units of power of the paths
+  uint64_t scatterings = 0, given_up = 0;
+
+  void clear();
+};
+
+/// Sums over batches. A batch of n paths gives each voxel an estimate m; batches may differ in size, and with
+/// variance s^2 / n for each,
+///
+///     mean     sum n m / N                             N = sum n, K batches
+///     s^2      sum n (m - mean)^2 / (K - 1)            as E sum n (m - mean)^2 = (K - 1) s^2
+///     se^2     s^2 / N
+///
+/// which takes sum n m and sum n m^2 only.
+class Tally {
+ public:
+  Tally(const Medium& medium, int channels, bool flux);
+
+  int channels() const { return channels_; }
+  bool wantsFlux() const { return !flux_.empty(); }
+  std::unique_ptr<BatchTally> emptyBatch() const;
+  static double bytesPerBatch(const Topology& topology, int channels, bool flux);
+  static double bytesOfSums(const Topology& topology, int channels, bool flux);
+
+  /// A batch's numbers are n times its estimate.
+  void add(const BatchTally& batch, uint64_t n);
+
+  uint64_t paths() const { return paths_; }
+  uint64_t batches() const { return batches_; }
+  /// sqrt(sum se^2 / sum mean^2) over active voxels and channels; 0 where all is dark.
+  double noise() const { return noise_; }
+
+  /// Means in W/m2/sr from powers in units of `unit`, in W. Frees the sums.
+  void finish(double unit, ReferenceResult& result);
+
+ private:
+  const Medium& medium_;
+  int channels_;
+  std::vector<double> diffuse_, square_, direct_, flux_;
+  ReferenceEnergy energy_;
+  uint64_t paths_ = 0, batches_ = 0, scatterings_ = 0, given_up_ = 0;
+  double noise_ = 0;
+};
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "grid/volume.h"
+#include "reference/random.h"
+
+namespace vdb_diffuse {
+
+/// Where a path is: a block, a voxel in it, and the position from the block's lowest corner in voxels.
+///
+///      0   1   2   3   4   5   6   7   8        voxel 3 covers 3 <= x <= 4; the corner of the block lies
+///      |   |   |   | * |   |   |   |   |        half a voxel below the centre of its first voxel
+struct Place {
+  int32_t block = kNoBlock;
+  std::array<int32_t, 3> voxel{0, 0, 0};
+  Vec3f x{0, 0, 0};
+};
+
+/// Walks through the voxels of a density, block by block. Within a block the position counts from the
+/// block's corner, so that float is enough however large the volume is, and the next block is a look at a
+/// table; only where there is none are blocks searched for, in double. After Amanatides and Woo (1987).
+///
+/// Lengths are in units of the mean voxel size h; directions are voxels per h.
+class VoxelWalk {
+ public:
+  explicit VoxelWalk(const Volume& density);
+
+  enum class End { kStopped, kLimit, kLeft };
+
+  /// First voxel of a block on the ray c + t d, t >= 0 and nearer than `limit`; c is in voxels, voxel i
+  /// covering i .. i+1. False where there is none; else t is where the ray enters.
+  bool enter(const Vec3d& c, const Vec3d& d, double limit, double& t, Place& place) const;
+
+  /// Visits voxel after voxel from `place` on: visit(index, rho, length) -> bool, where `index` counts voxels
+  /// of all blocks, and `length` may be shortened by a visit that returns false to stop there. Ends as well
+  /// after `limit`, or where there are no more blocks. `place` and `travelled` follow, except that nothing
+  /// is said of the place after kLeft.
+  template <typename Visit>
+  End walk(Place& place, const Vec3f& d, float limit, float& travelled, const Visit& visit) const;
+
+  /// Corner of a block in voxels, as c counts them.
+  Vec3d corner(int32_t block) const { return corners_[block]; }
+
+ private:
+  const Topology& topology_;
+  const float* rho_;
+  std::vector<Vec3d> corners_;
+  Coord lowest_, highest_;  // blocks
+
+  bool findBlock(Coord block, const Vec3d& c, const Vec3d& d, double limit, double& t, Place& place) const;
+  bool crossGap(Place& place, const Vec3f& d, const Coord& next, float limit, float& travelled) const;
+};
+
+template <typename Visit>
+VoxelWalk::End VoxelWalk::walk(Place& place, const Vec3f& d, float limit, float& travelled,
+                               const Visit& visit) const {
+  static constexpr int kStride[3] = {64, 8, 1};
+  float inverse[3], step[3];
+  int sign[3];
+  for (int a = 0; a < 3; ++a) {
+    inverse[a] = 1 / d[a];
+    step[a] = std::abs(inverse[a]);
+    sign[a] = d[a] > 0 ? 1 : -1;
+  }
+  travelled = 0;
+  while (true) {  // one block
+    const float* rho = rho_ + static_cast<size_t>(place.block) * kBlockVoxels;
+    const size_t first = static_cast<size_t>(place.block) * kBlockVoxels;
+    int voxel[3] = {place.voxel[0], place.voxel[1], place.voxel[2]};
+    float next[3];
+    for (int a = 0; a < 3; ++a)
+      next[a] = (static_cast<float>(voxel[a] + (d[a] > 0)) - place.x[a]) * inverse[a];
+    int n = voxelOffset(voxel[0], voxel[1], voxel[2]), axis;
+    const float limit_here = limit - travelled;
+    float t = 0;
+    const auto moveTo = [&](float t_end) {
+      travelled += t_end;
+      for (int a = 0; a < 3; ++a) {
+        const float low = static_cast<float>(voxel[a]);
+        place.voxel[a] = voxel[a];
+        place.x[a] = std::min(std::max(place.x[a] + t_end * d[a], low), low + 1);
+      }
+    };
+    while (true) {  // one voxel
+      axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
+      const float t_exit = std::min(std::max(next[axis], t), limit_here);
+      float length = t_exit - t;
+      if (!visit(first + n, rho[n], length)) {
+        moveTo(t + length);
+        return End::kStopped;
+      }
+      t = t_exit;
+      if (t >= limit_here) {
+        moveTo(t);
+        travelled = limit;
+        return End::kLimit;
+      }
+      next[axis] += step[axis];
+      voxel[axis] += sign[axis];
+      n += sign[axis] * kStride[axis];
+      if (static_cast<unsigned>(voxel[axis]) >= static_cast<unsigned>(kBlockWidth)) break;
+    }
+    moveTo(t);
+    const int32_t neighbour = topology_.neighbours(place.block)[2 * axis + (sign[axis] > 0)];
+    if (neighbour != kNoBlock) {
+      place.block = neighbour;
+      place.voxel[axis] = sign[axis] > 0 ? 0 : kBlockWidth - 1;
+      place.x[axis] = sign[axis] > 0 ? 0 : kBlockWidth;
+      continue;
+    }
+    Coord across(0, 0, 0);
+    across[axis] = sign[axis];
+    if (!crossGap(place, d, across, limit, travelled)) return travelled < limit ? End::kLeft : End::kLimit;
+  }
+}
+
+}  // namespace vdb_diffuse

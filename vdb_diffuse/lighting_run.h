@@ -1,0 +1,57 @@
+#pragma once
+
+#include <tbb/global_control.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/vdb_writer.h"
+#include "medium/medium.h"
+#include "progress_bar.h"
+#include "scene_options.h"
+
+namespace vdb_diffuse {
+
+/// What `bake` and `reference` have in common: a volume comes in with light and optics, lighting grids of
+/// the same voxels go out.
+struct LightingFlags {
+  std::string input, output, stats;
+  SceneOptions scene;
+  ProgressFlags progress;
+  int threads = 0, dilate = 0;
+  std::vector<std::string> grids, keep;
+  bool half = false, clamp = false;
+
+  bool wants(const std::string& grid) const;
+
+  /// IN.vdb, -o and the scene's flags; then the command's own; then these.
+  void addInputTo(CLI::App& command);
+  /// \param all_grids   comma-separated, what --grids chooses from
+  /// \param defaults    likewise, what it chooses unless given
+  void addOutputTo(CLI::App& command, const std::string& all_grids, const std::string& defaults,
+                   const std::string& stats_help);
+
+  /// Flags that contradict each other or name what there is not, and outputs that could not be written.
+  /// \throws UsageError, OutputError
+  void check() const;
+
+  /// Null, or what keeps the work to --threads while it lives.
+  std::unique_ptr<tbb::global_control> limitThreads() const;
+  int threadCount() const;
+
+  Medium readMedium(const VdbFile& file, const MediumSettings& words) const;
+
+  /// The version and the medium, for the grids of an output.
+  Metadata metadataOf(const Medium& medium, const MediumSettings& words) const;
+
+  WriteReport write(const VdbFile& file, const Medium& medium, std::vector<OutputGrid> lighting) const;
+
+ private:
+  std::vector<std::string> all_grids_;
+};
+
+/// Seconds of a clock that never goes back.
+double now();
+
+}  // namespace vdb_diffuse
