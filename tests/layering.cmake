@@ -8,6 +8,7 @@ set(diffusion_uses grid multigrid medium scene)
 set(transport_uses grid multigrid medium scene diffusion)
 set(reference_uses grid medium scene)
 set(shapes_uses grid)
+set(plot_uses grid)
 set(render_uses grid medium scene)
 set(io_uses grid medium scene)
 
