@@ -11,6 +11,7 @@ set(shapes_uses grid)
 set(plot_uses grid)
 set(render_uses grid medium scene)
 set(io_uses grid medium scene)
+set(report_uses grid medium scene diffusion transport reference plot)
 
 file(GLOB_RECURSE files RELATIVE ${SOURCE_DIR}/lib ${SOURCE_DIR}/lib/*.h ${SOURCE_DIR}/lib/*.cpp)
 set(faults "")
