@@ -14,5 +14,6 @@ void addInfo(CLI::App& program, ExitStatus& status);
 void addMake(CLI::App& program, ExitStatus& status);
 void addReference(CLI::App& program, ExitStatus& status);
 void addRender(CLI::App& program, ExitStatus& status);
+void addReport(CLI::App& program, ExitStatus& status);
 
 }  // namespace vdb_diffuse

@@ -78,6 +78,7 @@ int run(int argc, char** argv) {
   addMake(program, status);
   addReference(program, status);
   addRender(program, status);
+  addReport(program, status);
   setExample(&program,
              "vdb_diffuse make cloud -o cloud.vdb\n"
              "vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1 --env 0.3\n"

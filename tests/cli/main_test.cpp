@@ -6,7 +6,7 @@ namespace vdb_diffuse {
 namespace {
 
 TEST(Program, HelpAndVersionAreEverywhere) {
-  for (const std::string command : {"", "bake ", "compare ", "info ", "make ", "render "}) {
+  for (const std::string command : {"", "bake ", "compare ", "info ", "make ", "render ", "report "}) {
     const Outcome help = runProgram(command + "--help"), version = runProgram(command + "--version");
     EXPECT_EQ(help.status, 0) << command;
     EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;
