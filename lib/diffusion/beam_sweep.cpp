@@ -5,6 +5,7 @@
 
 #include "grid/parallel.h"
 #include "grid/ray_march.h"
+#include "medium/angular_basis.h"
 #include "medium/transmittance.h"
 
 namespace vdb_diffuse {
@@ -155,6 +156,8 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
   Vec3d along_axes;
   for (int a = 0; a < 3; ++a)
     along_axes[a] = beam.direction.dot(transform.axis(a)) / transform.axis(a).length();
+  double basis[kSecondOrder];
+  angularBasis(along_axes, basis);
 
   // Where surfaces change the light of a ray, in order; t counts from p.
   const auto changesOf = [&](const Vec3d& p, std::vector<Change>& changes) {
@@ -208,6 +211,10 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
         if (!sum.beam_flux.empty())
           for (int a = 0; a < 3; ++a)
             sum.beam_flux[c][a].block(block)[voxel] += static_cast<float>(scatters * along_axes[a]);
+        if (!sum.second_moments.empty())
+          for (int k = kFirstOrder; k < kSecondOrder; ++k)
+            sum.second_moments[c][k - kFirstOrder].block(block)[voxel] +=
+                static_cast<float>(scatters * basis[k]);
         if (!sum.direct_flux.empty())
           for (int a = 0; a < 3; ++a)
             sum.direct_flux[c][a].block(block)[voxel] += static_cast<float>(direct * along_axes[a]);

@@ -77,6 +77,11 @@ class Diffusion {
     return densest * std::max({sigma_t[0], sigma_t[1], sigma_t[2]}) * medium_.transform().meanVoxelSize();
   }
 
+  ChannelOptics opticsOf(size_t c) const {
+    return channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model,
+                         settings_.source.phase_order);
+  }
+
   void gatherSource() {
     const double start = now();
     FirstScatterSettings first = settings_.source;
@@ -111,7 +116,7 @@ class Diffusion {
     if (multigrid_ && sharedOperator()) return;
     const double start = now();
     multigrid_.reset();
-    const ChannelOptics optics = channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model);
+    const ChannelOptics optics = opticsOf(c);
     if (settings_.model.model == Model::kDefault) {
       if (settings_.progress) settings_.progress("surface", 0);
       equation_settings_.returned =
@@ -130,7 +135,7 @@ class Diffusion {
   }
 
   void solveChannel(size_t c) {
-    const ChannelOptics optics = channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model);
+    const ChannelOptics optics = opticsOf(c);
     const Field<float>& Q0 = source_.sourceOf(c);
     const VectorField* flux = source_.beam_flux.empty() ? nullptr : &source_.beam_flux[c];
     const double scale = normalisation(source_.direct, medium_, optics);
@@ -142,7 +147,10 @@ class Diffusion {
     setUp(c);
     double start = now();
     const RightHandSide rhs = formRightHandSide(*equation_, medium_, Q0, flux, scale);
-    ChannelSolution channel{*equation_, *multigrid_, Q0, flux, rhs, scale, Field<double>(topology()), {}};
+    const std::vector<Field<float>>* second =
+        source_.second_moments.empty() ? nullptr : &source_.second_moments[c];
+    ChannelSolution channel{*equation_, *multigrid_, Q0, flux, second, rhs, scale, Field<double>(topology()),
+                            {}};
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;

@@ -13,7 +13,8 @@ struct ChannelSolution {
   const Equation& equation;
   Multigrid& multigrid;
   const Field<float>& Q0;      ///< mean of the beams in the medium that the equation sees, W/m2/sr
-  const VectorField* Q1_flux;  ///< their vector mean; null where g' = 0
+  const VectorField* Q1_flux;  ///< their vector mean; may be null where g' = 0
+  const std::vector<Field<float>>* Q2_moments;  ///< their second moments; null unless `phase_order` is 2
   const RightHandSide& rhs;
   double scale;  ///< factor on the solution and on the right-hand side
   Field<double> I0;

@@ -6,6 +6,7 @@
 #include "diffusion/beam_sweep.h"
 #include "diffusion/light_path.h"
 #include "diffusion/reflected_light.h"
+#include "medium/angular_basis.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -34,6 +35,7 @@ double spreadPoint(int n, int axis, int dimensions) {
 struct Gathered {
   double direct[3] = {}, beam[3] = {};
   Vec3d direct_flux[3], beam_flux[3];
+  double second[3][kSecondOrder - kFirstOrder] = {};
 };
 
 class Gatherer {
@@ -50,7 +52,7 @@ class Gatherer {
         ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
     double thinnest = std::numeric_limits<double>::infinity();
     for (int c = 0; c < channels_; ++c) {
-      optics_[c] = channelOptics(medium.optics, c, model);
+      optics_[c] = channelOptics(medium.optics, c, model, settings.phase_order);
       thinnest = std::min({thinnest, optics_[c].sigma_t_beam, optics_[c].true_sigma_t});
     }
     enough_ = kOpaque / thinnest;
@@ -60,6 +62,7 @@ class Gatherer {
   int channels() const { return channels_; }
   bool rescaled() const { return rescaled_; }
   bool anisotropic() const { return optics_[0].g != 0; }
+  bool secondOrder() const { return optics_[0].p2 != 0; }
 
   bool hasPoints() const { return !lights_.points.empty(); }
 
@@ -115,16 +118,25 @@ class Gatherer {
     Vec3d axis;
     for (int a = 0; a < 3; ++a)
       axis[a] = direction.dot(medium_.transform().axis(a)) / medium_.transform().axis(a).length();
+    double basis[kSecondOrder];
+    angularBasis(axis, basis);
     for (int c = 0; c < channels_; ++c) {
       const double sigma = optics_[c].true_sigma_t;
       const double direct = power[c] * beamAverage(sigma * path.before, sigma * path.inside);
       sum.direct[c] += direct;
       sum.direct_flux[c] += axis * direct;
-      if (!rescaled_) continue;
+      const auto addSecond = [&](double light) {
+        for (int k = kFirstOrder; k < kSecondOrder; ++k) sum.second[c][k - kFirstOrder] += light * basis[k];
+      };
+      if (!rescaled_) {
+        addSecond(direct);
+        continue;
+      }
       const double sigma_beam = optics_[c].sigma_t_beam;
       const double beam = power[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
       sum.beam[c] += beam;
       sum.beam_flux[c] += axis * beam;
+      addSecond(beam);
     }
   }
 
@@ -234,6 +246,12 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
   if (gatherer.anisotropic() || settings.want_flux) result.beam_flux = vectorFields();
   if (gatherer.rescaled() && settings.want_flux) result.direct_flux = vectorFields();
 
+  if (gatherer.secondOrder())
+    for (size_t c = 0; c < channels; ++c) {
+      result.second_moments.emplace_back();
+      for (int k = kFirstOrder; k < kSecondOrder; ++k) result.second_moments[c].emplace_back(topology);
+    }
+
   if (topology.blockCount() == 0) return result;
   if (!settings.exact_march) gatherer.sweep(result, settings.progress);
   if (!settings.exact_march && !gatherer.hasPoints()) return result;
@@ -256,6 +274,9 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
       }
       add(result.beam_flux, gatherer.rescaled() ? sum.beam_flux : sum.direct_flux, b, voxel);
       add(result.direct_flux, sum.direct_flux, b, voxel);
+      for (size_t c = 0; c < result.second_moments.size(); ++c)
+        for (int k = 0; k < kSecondOrder - kFirstOrder; ++k)
+          result.second_moments[c][k].block(b)[voxel] += static_cast<float>(sum.second[c][k]);
     }
     const size_t finished = ++done;
     if (settings.progress && finished % 64 == 0)

@@ -12,7 +12,8 @@ struct FirstScatterSettings {
   int rays_per_voxel = 9;      ///< of a beam that is not along a grid axis; many beams (a dome) take one each
   bool exact_march = false;    ///< march from every voxel to every light instead of sweeping along beams
   int gather_directions = 64;  ///< in which a voxel looks for surfaces that reflect
-  bool want_flux = false;      ///< fill `direct_flux` even where the model does not need it
+  int phase_order = 1;     ///< 2: for transport, see channelOptics; fills `second_moments` where g is not 0
+  bool want_flux = false;  ///< fill `direct_flux` even where the model does not need it
   Progress progress;
 };
 
@@ -25,6 +26,9 @@ struct FirstScatter {
   Channels beam;                         ///< empty where the model does not rescale: equal to `direct`
   std::vector<VectorField> beam_flux;    ///< by channel; empty where g' = 0 and no flux is wanted
   std::vector<VectorField> direct_flux;  ///< by channel; only for a wanted flux of a rescaled medium
+
+  /// By channel: means of the beams times b_3 .. b_7 of angular_basis.h along the grid's axes.
+  std::vector<std::vector<Field<float>>> second_moments;
 
   const Field<float>& sourceOf(size_t channel) const {
     return beam.empty() ? direct[channel] : beam[channel];

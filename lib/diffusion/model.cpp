@@ -5,7 +5,7 @@
 
 namespace vdb_diffuse {
 
-ChannelOptics channelOptics(const Optics& optics, int channel, Model model) {
+ChannelOptics channelOptics(const Optics& optics, int channel, Model model, int phase_order) {
   ChannelOptics c;
   const double g = optics.g;
   c.true_sigma_s = optics.sigma_s[channel];
@@ -13,8 +13,10 @@ ChannelOptics channelOptics(const Optics& optics, int channel, Model model) {
   c.true_sigma_t = c.true_sigma_s + c.sigma_a;
   c.sigma_tr = c.sigma_a + (1 - g) * c.true_sigma_s;
   const bool rescale = model == Model::kDefault && g > 0;
-  c.sigma_s = rescale ? (1 - g * g) * c.true_sigma_s : c.true_sigma_s;
-  c.g = rescale ? g / (1 + g) : g;
+  const double f = !rescale ? 0 : phase_order == 2 ? g * g * g : g * g;
+  c.sigma_s = (1 - f) * c.true_sigma_s;
+  c.g = (g - f) / (1 - f);
+  if (phase_order == 2) c.p2 = (g * g - f) / (1 - f);
   c.sigma_t_beam = rescale ? c.sigma_a + c.sigma_s : c.true_sigma_t;
   c.source_sigma = model == Model::kPaper ? c.true_sigma_t : c.sigma_s;
   c.flux_factor = model == Model::kPaper ? 3 : 1;

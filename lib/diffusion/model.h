@@ -26,6 +26,7 @@ struct ChannelOptics {
   double sigma_a = 0;
   double sigma_tr = 1;      ///< sigma_a + (1-g) sigma_s, the same before and after rescaling
   double g = 0;             ///< of the first scatter's linear part: g' where rescaled
+  double p2 = 0;            ///< second Legendre moment of the phase function; kept for `phase_order` 2 only
   double sigma_t_beam = 1;  ///< attenuates the beam: sigma_a + sigma_s'
   double true_sigma_s = 1, true_sigma_t = 1;
   double source_sigma = 1;  ///< in the source term, sigma_s'; the paper prints sigma_t
@@ -34,7 +35,10 @@ struct ChannelOptics {
   bool rescaled() const { return sigma_t_beam != true_sigma_t; }
 };
 
-ChannelOptics channelOptics(const Optics& optics, int channel, Model model);
+/// \param phase_order  moments of the phase function that are kept beside its mean. 1, for diffusion: f = g^2
+/// above. 2, for transport: f = g^3, g' = g (1+g)/(1+g+g^2), p2' = (g^2-f)/(1-f), so that l = 3 is exact as
+/// well.
+ChannelOptics channelOptics(const Optics& optics, int channel, Model model, int phase_order = 1);
 
 /// The cap in world units; infinity where there is none.
 double meanFreePathCap(const ModelSettings& settings, const Medium& medium);

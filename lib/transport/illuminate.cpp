@@ -28,6 +28,7 @@ class Refinement {
                                                Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]),
                                                levelSymmetric(transport_.order));
     setUpCorrection(channel);
+    second_.clear();
     const bool vectors = e.optics.g != 0 || settings_.want_flux;
     if (vectors) {
       for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
@@ -44,6 +45,7 @@ class Refinement {
   const DiffuseSettings settings_;
   const TransportSettings transport_;
   std::unique_ptr<Wavefront> wavefront_;
+  std::vector<Field<float>> second_;    // moments of the channel at hand
   const Equation* equation_ = nullptr;  // whose correction is set up
   const Equation* correction_ = nullptr;
   Multigrid* multigrid_ = nullptr;
@@ -54,7 +56,7 @@ class Refinement {
   void step(ChannelSolution& channel, bool vectors) {
     const Topology& topology = medium_.topology();
     SweepSource source;
-    formSweepSource(channel, medium_, source);
+    formSweepSource(channel, medium_, second_, source);
     SweepResult swept = sweep(*wavefront_, source, vectors ? kFirstOrder : 0);
     const Field<float> R = imbalance(channel, swept);
     Field<double> d(topology);
@@ -65,6 +67,9 @@ class Refinement {
         channel.I0.block(b)[it.pos()] = swept.mean.block(b)[it.pos()] + d.block(b)[it.pos()];
     });
     if (!vectors) return;
+    second_.clear();
+    for (size_t k = kFirstOrder; k < swept.moments.size(); ++k)
+      second_.push_back(std::move(swept.moments[k]));
     VectorField change;
     for (Field<float>& component : change) component = Field<float>(topology);
     diffusiveFlux(*correction_, medium_, d, {}, &change);
@@ -162,6 +167,7 @@ DiffuseResult illuminate(const Medium& medium, const Scene& scene, const Diffuse
   if (transport.sweeps == 0) return diffuse(medium, scene, settings);
   const auto refinement = std::make_shared<Refinement>(medium, settings, transport);
   DiffuseSettings refined = settings;
+  refined.source.phase_order = 2;
   refined.refine = [refinement](ChannelSolution& channel) { (*refinement)(channel); };
   return diffuse(medium, scene, refined);
 }

@@ -1,5 +1,6 @@
 #include "transport/source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -9,7 +10,8 @@
 
 namespace vdb_diffuse {
 
-void formSweepSource(const ChannelSolution& channel, const Medium& medium, SweepSource& source) {
+void formSweepSource(const ChannelSolution& channel, const Medium& medium,
+                     const std::vector<Field<float>>& second, SweepSource& source) {
   const Equation& e = channel.equation;
   const Topology& topology = *e.A->topology;
   const double extinction = e.optics.sigma_t_beam,
@@ -22,7 +24,9 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium, Sweep
   source.J = Field<float>(topology);
   for (Field<float>& slope : source.slope) slope = Field<float>(topology);
   source.angular.clear();
-  for (int k = 0; anisotropy != 0 && k < kFirstOrder; ++k) source.angular.emplace_back(topology);
+  const double second_order = e.optics.p2 * albedo;
+  const int moments = second_order != 0 ? kSecondOrder : anisotropy != 0 ? kFirstOrder : 0;
+  for (int k = 0; k < moments; ++k) source.angular.emplace_back(topology);
 
   diffusiveFlux(e, medium, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, nullptr, &source.slope);
   forEachBlock(topology.blockCount(), [&](size_t b) {
@@ -33,10 +37,16 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium, Sweep
       const double Q = emission != 0 ? emission * medium.emission.block(b)[n] : 0;
       source.J.block(b)[n] =
           static_cast<float>(albedo * (channel.I0.block(b)[n] + channel.scale * Q0[n]) + Q);
-      for (size_t k = 0; k < source.angular.size(); ++k) {
+      for (int k = 0; k < std::min(moments, kFirstOrder); ++k) {
         const double of_beams = channel.Q1_flux ? channel.scale * (*channel.Q1_flux)[k].block(b)[n] : 0;
         source.angular[k].block(b)[n] =
             static_cast<float>(anisotropy * (channel.flux[k].block(b)[n] + of_beams));
+      }
+      for (int k = kFirstOrder; k < moments; ++k) {
+        const double of_beams =
+            channel.Q2_moments ? channel.scale * (*channel.Q2_moments)[k - kFirstOrder].block(b)[n] : 0;
+        const double diffuse = second.empty() ? 0 : second[k - kFirstOrder].block(b)[n];
+        source.angular[k].block(b)[n] = static_cast<float>(second_order * (diffuse + of_beams));
       }
     }
   });
