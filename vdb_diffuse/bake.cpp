@@ -15,9 +15,12 @@ namespace {
 struct BakeFlags : LightingFlags {
   std::string method = "multigrid", model = "default", cap = "auto";
   double tolerance = 1e-4;
-  int sweeps = 0;
+  std::optional<int> sweeps;
+  std::optional<double> error;
   bool exact_shadows = false;
 };
+
+constexpr int kMostSweeps = 16;  // of a bake that sweeps until its error is small enough
 
 ModelSettings modelOf(const BakeFlags& flags) {
   ModelSettings settings;
@@ -36,13 +39,16 @@ ModelSettings modelOf(const BakeFlags& flags) {
 
 /// Refuses a bake that would not fit, before it allocates. Counted in 4-byte fields over the blocks: density,
 /// and per channel the light, its vector means, and the results; then one solve.
-void checkMemory(const std::string& path, const Medium& medium, bool flux) {
+void checkMemory(const std::string& path, const Medium& medium, bool flux, bool sweeps) {
   const bool anisotropic = medium.optics.g != 0;
   const double per_channel =
       2 + (medium.optics.g > 0 ? 1 : 0) + (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
   constexpr double kSolve =
       12;  // r, p, q, z, b, x in double, operator of the finest level and the coarse ones
-  const double fields = 1 + 3 * per_channel + (flux ? 6 : 0) + kSolve;
+  constexpr double kSweep = 16;    // depth, source and its slopes, mean, divergence, correction and its solve
+  constexpr double kMoments = 25;  // of source, light and beams
+  const double fields =
+      1 + 3 * per_channel + (flux ? 6 : 0) + kSolve + (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
   const double need = fields * sizeof(float) * kBlockVoxels * medium.topology().blockCount();
   const double free = static_cast<double>(freeMemory());
   constexpr double kGiB = 1024.0 * 1024 * 1024;
@@ -64,6 +70,8 @@ Metadata settingsOf(const BakeFlags& flags, const Medium& medium, const MediumSe
   m["iterations"] = result.iterations;
   m["relative_residual"] = result.relative_residual;
   m["converged"] = result.converged ? 1 : 0;
+  m["sweeps"] = result.sweeps;
+  if (result.estimated_error) m["estimated_error"] = *result.estimated_error;
   return m;
 }
 
@@ -84,10 +92,20 @@ std::vector<OutputGrid> outputGrids(const BakeFlags& flags, const Medium& medium
   return grids;
 }
 
+std::string errorOf(const DiffuseResult& result) {
+  if (!result.estimated_error) return "";
+  char text[80];
+  std::snprintf(text, sizeof text, ", estimated error %.2g %% after %d sweep%s",
+                100 * *result.estimated_error, result.sweeps, result.sweeps == 1 ? "" : "s");
+  return text;
+}
+
 void run(const BakeFlags& flags, ExitStatus& status) {
   const double start = now();
   if (!(flags.tolerance > 0 && flags.tolerance < 1))
     throw UsageError("--tolerance: a number between 0 and 1 is needed");
+  if (flags.error && !(*flags.error > 0 && *flags.error < 1))
+    throw UsageError("--error: a number between 0 and 1 is needed; 0.05 is 5 %");
   flags.check();
   const ModelSettings model = modelOf(flags);
   const SceneFile scene = flags.scene.resolve();
@@ -102,7 +120,6 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   stats.active_voxels = medium.topology().activeVoxelCount();
   stats.voxel_size = medium.transform().meanVoxelSize();
   stats.read = now() - start;
-  checkMemory(flags.input, medium, flags.wants("flux"));
 
   DiffuseSettings settings;
   settings.model = model;
@@ -111,8 +128,19 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   settings.want_flux = flags.wants("flux");
   settings.progress = progress;
   TransportSettings transport;
-  transport.sweeps = flags.sweeps;
+  transport.sweeps = flags.sweeps.value_or(flags.error ? kMostSweeps : transport.sweeps);
+  transport.error = flags.error;
+  checkMemory(flags.input, medium, settings.want_flux, transport.sweeps > 0);
   DiffuseResult result = illuminate(medium, scene.scene, settings, transport);
+  if (flags.error && result.estimated_error && *result.estimated_error > *flags.error) {
+    char line[160];
+    std::snprintf(
+        line, sizeof line,
+        "the estimated error is %.2g after %d sweeps, above --error %.2g: finer voxels may help, more "
+        "sweeps will not",
+        *result.estimated_error, result.sweeps, *flags.error);
+    result.warnings.push_back(line);
+  }
   if (stats.active_voxels == 0) result.warnings.push_back("the density has no active voxels");
 
   const double write_start = now();
@@ -129,7 +157,7 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   if (!flags.progress.quiet)
     std::cout << flags.output << ": " << stats.active_voxels << " voxels, " << result.iterations
               << " iterations, residual " << result.relative_residual << ", energy closes to "
-              << std::abs(result.energy.closure()) << ", " << stats.total << " s\n";
+              << std::abs(result.energy.closure()) << errorOf(result) << ", " << stats.total << " s\n";
   if (!result.converged) {
     std::cerr << "vdb_diffuse bake: " << flags.input << ": the solve stopped after " << result.iterations
               << " iterations at a residual of " << result.relative_residual << ", above the tolerance "
@@ -167,11 +195,19 @@ void addBake(CLI::App& program, ExitStatus& status) {
       ->group(method)
       ->capture_default_str();
   command
-      ->add_option("--sweeps", flags->sweeps,
-                   "Transport sweeps after the diffusion solve: each buys a smaller error for more time")
+      ->add_option(
+          "--sweeps", flags->sweeps,
+          "Transport sweeps after the diffusion solve: each buys a smaller error for more time; 0 is "
+          "diffusion alone (default: 1; with --error at most 16)")
+      ->type_name("K")
       ->check(CLI::Range(0, 100))
-      ->group(method)
-      ->capture_default_str();
+      ->group(method);
+  command
+      ->add_option(
+          "--error", flags->error,
+          "Sweep until the estimated error is at most this: 0.05 is 5 %, RMS on blocks of 4^3 voxels")
+      ->type_name("V")
+      ->group(method);
   command->add_option("--tolerance", flags->tolerance, "Of the solve, on the scaled residual")
       ->group(method)
       ->capture_default_str();

@@ -53,11 +53,11 @@ bool ownBlocks(int block) {
 }  // namespace
 
 std::string reportCsv(const std::vector<Measurement>& rows, int block, int threads) {
-  std::string out =
-      "quantity,method,setting,seconds,rel_rms,rel_rms_blocks4" +
-      (ownBlocks(block) ? ",rel_rms_blocks" + std::to_string(block) : std::string()) +
-      ",bias,p50,p95,p99,max,noise,nonfinite,samples,iterations,converged,closure,negative_voxels,"
-      "monte_carlo_seconds,times_faster,extrapolated,repeats,threads,values\n";
+  std::string out = "quantity,method,setting,seconds,rel_rms,rel_rms_blocks4" +
+                    (ownBlocks(block) ? ",rel_rms_blocks" + std::to_string(block) : std::string()) +
+                    ",bias,p50,p95,p99,max,noise,nonfinite,samples,iterations,converged,closure,negative_"
+                    "voxels,estimated_error,"
+                    "monte_carlo_seconds,times_faster,extrapolated,repeats,threads,values\n";
   for (const Measurement& row : rows) {
     const Norms& e = row.errors.voxels;
     out += row.quantity + "," + row.method + "," + row.setting + "," + number(row.seconds);
@@ -73,6 +73,7 @@ std::string reportCsv(const std::vector<Measurement>& rows, int block, int threa
     out += "," + (row.iterations ? std::string(row.converged ? "1" : "0") : std::string());
     out += "," + (row.closure ? number(*row.closure) : std::string());
     out += "," + (row.iterations ? std::to_string(row.negative_voxels) : std::string());
+    out += "," + (row.estimated_error ? number(*row.estimated_error) : std::string());
     if (row.monte_carlo)
       out += "," + number(row.monte_carlo->seconds) + "," + number(row.monte_carlo->seconds / row.seconds) +
              "," + (row.monte_carlo->extrapolated ? "1" : "0");

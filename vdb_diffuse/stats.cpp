@@ -42,7 +42,8 @@ void writeStats(const std::string& path, const BakeStats& stats, const DiffuseRe
         {"absorbed", energy.absorbed},
         {"escaped", energy.escaped},
         {"closure", energy.closure()}}},
-      {"estimated_error", nullptr},
+      {"sweeps", result.sweeps},
+      {"estimated_error", result.estimated_error ? nlohmann::ordered_json(*result.estimated_error) : nullptr},
       {"negative_voxels", result.negative_voxels},
       {"threads", stats.threads},
       {"warnings", result.warnings}};

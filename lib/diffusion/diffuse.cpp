@@ -120,7 +120,7 @@ class Diffusion {
     if (settings_.model.model == Model::kDefault) {
       if (settings_.progress) settings_.progress("surface", 0);
       equation_settings_.returned =
-          std::make_shared<const std::vector<float>>(returnedLight(medium_, optics.sigma_t_beam));
+          std::make_shared<const Field<float>>(returnedLight(medium_, optics.sigma_t_beam));
     }
     equation_ = std::make_unique<Equation>(
         formEquation(medium_, optics, static_cast<int>(c), settings_.model.model, equation_settings_));
@@ -149,8 +149,7 @@ class Diffusion {
     const RightHandSide rhs = formRightHandSide(*equation_, medium_, Q0, flux, scale);
     const std::vector<Field<float>>* second =
         source_.second_moments.empty() ? nullptr : &source_.second_moments[c];
-    ChannelSolution channel{*equation_, *multigrid_, Q0, flux, second, rhs, scale, Field<double>(topology()),
-                            {}};
+    ChannelSolution channel(*equation_, *multigrid_, Q0, flux, second, rhs, scale);
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;
@@ -169,6 +168,9 @@ class Diffusion {
     }
     result_.converged = result_.converged && channel.converged;
     result_.iterations = std::max(result_.iterations, channel.iterations);
+    result_.sweeps = std::max(result_.sweeps, channel.sweeps);
+    if (channel.estimated_error)
+      result_.estimated_error = std::max(result_.estimated_error.value_or(0), *channel.estimated_error);
     result_.relative_residual = std::max(result_.relative_residual, channel.relative_residual);
     addEnergy(c, optics, channel);
     store(c, channel);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "diffusion/equation.h"
@@ -10,6 +11,17 @@ namespace vdb_diffuse {
 
 /// One channel after its diffusion solve, as a method that goes on from there finds it and leaves it.
 struct ChannelSolution {
+  ChannelSolution(const Equation& e, Multigrid& m, const Field<float>& q0, const VectorField* q1,
+                  const std::vector<Field<float>>* q2, const RightHandSide& right, double factor)
+      : equation(e),
+        multigrid(m),
+        Q0(q0),
+        Q1_flux(q1),
+        Q2_moments(q2),
+        rhs(right),
+        scale(factor),
+        I0(*e.A->topology) {}
+
   const Equation& equation;
   Multigrid& multigrid;
   const Field<float>& Q0;      ///< mean of the beams in the medium that the equation sees, W/m2/sr
@@ -23,6 +35,8 @@ struct ChannelSolution {
   bool converged = true;
   int iterations = 0;
   double relative_residual = 0;
+  int sweeps = 0;                         ///< of transport that were made
+  std::optional<double> estimated_error;  ///< relative, if `refine` has formed one
 };
 
 struct DiffuseSettings {
@@ -53,8 +67,10 @@ struct DiffuseResult {
   int iterations = 0;            ///< of the channel that took most
   double relative_residual = 0;  ///< of the worst channel
   size_t levels = 0;
-  double mean_free_path_cap = 0;  ///< world units; 0: none
-  size_t negative_voxels = 0;     ///< clamped to zero
+  int sweeps = 0;                         ///< of transport, of the channel that took most
+  std::optional<double> estimated_error;  ///< of the worst channel, relative; see transport/error_estimate.h
+  double mean_free_path_cap = 0;          ///< world units; 0: none
+  size_t negative_voxels = 0;             ///< clamped to zero
   double seconds_source = 0, seconds_setup = 0, seconds_solve = 0, seconds_sweeps = 0;
   std::vector<std::string> warnings;
 };

@@ -47,11 +47,11 @@ namespace vdb_diffuse {
 // in a uniform sky was 54 % too bright without. See Furnace.
 
 struct EquationSettings {
-  bool staircase = true;                               ///< use area factors; otherwise a = 1
-  std::shared_ptr<const std::vector<float>> returned;  ///< by block, on the area factors; null: all 1
-  double cap = 0;                                      ///< L, world units; infinity: none
-  std::shared_ptr<const Walls> walls;                  ///< may be null
-  const std::vector<Surface>* surfaces = nullptr;      ///< whose albedos the walls have
+  bool staircase = true;                           ///< use area factors; otherwise a = 1
+  std::shared_ptr<const Field<float>> returned;    ///< on the area factors; null: all 1
+  double cap = 0;                                  ///< L, world units; infinity: none
+  std::shared_ptr<const Walls> walls;              ///< may be null
+  const std::vector<Surface>* surfaces = nullptr;  ///< whose albedos the walls have
 };
 
 /// The left-hand side for one channel of a medium; what the right-hand side needs is kept with it.

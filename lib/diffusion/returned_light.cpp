@@ -10,9 +10,8 @@
 namespace vdb_diffuse {
 namespace {
 
-constexpr int kProbeOrder = 4;  // 24 directions
-constexpr double kMostReturned =
-    0.98;  // beta; what is closed more tightly than that leaks by diffusion anyway
+constexpr int kProbeOrder = 4;          // 24 directions
+constexpr float kMostReturned = 0.98f;  // what is closed more tightly than that leaks by diffusion anyway
 
 /// Voxels of a block whose face looks at one that is not active.
 BlockMask openFaces(const Topology& topology, size_t b, int face) {
@@ -32,18 +31,15 @@ BlockMask openFaces(const Topology& topology, size_t b, int face) {
 }
 
 /// A block's outer faces, and what passes them.
-struct Surface {
+struct Faces {
   const float* tau;
   const uint8_t* open[6];  ///< by Topology::Face, a byte for each row
+  float *entering, *leaving;
   int stride_w, stride_u;
 };
 
-struct Passed {
-  DoubleRow entering{}, leaving{};
-};
-
-VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Surface& block, const Coord& origin,
-                                  float* rays, Passed& passed) {
+VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Faces& block, const Coord& origin,
+                                  float* rays) {
   const float share = static_cast<float>(lattice.weight * lattice.cross_section);
   const int axes[3] = {lattice.w, lattice.u, lattice.v};
   for (int n = 0; n < kBlockWidth; ++n) {
@@ -56,79 +52,143 @@ VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Surface& bloc
                     *open_out = block.open[2 * out + (lattice.s[out] > 0 ? 1 : 0)];
       const float length = lattice.length * step.extent;
       float* ray = rays + lattice.place(origin[lattice.u] - step.shift_u, origin[lattice.v] - step.shift_v);
-      Row entering{}, leaving{};
       for (int u = 0; u < kBlockWidth; ++u, ray += lattice.pitch) {
         const int at = w * block.stride_w + u * block.stride_u;
         const Row depth = loadRow(block.tau + at);
         if (!anyAbove0(depth)) continue;
         const Row psi = loadRow(ray), e = exponentialDecay(depth * length), after = psi * e + (1.0f - e);
-        entering += rowMask(open_in[at >> 3]) ? psi : Row{};
-        leaving += rowMask(open_out[at >> 3]) ? after : Row{};
         storeRow(ray, after);
+        if (open_in[at >> 3])
+          storeRow(block.entering + at,
+                   loadRow(block.entering + at) + (rowMask(open_in[at >> 3]) ? psi * share : Row{}));
+        if (open_out[at >> 3])
+          storeRow(block.leaving + at,
+                   loadRow(block.leaving + at) + (rowMask(open_out[at >> 3]) ? after * share : Row{}));
       }
-      passed.entering += widen(entering * share);
-      passed.leaving += widen(leaving * share);
     }
   }
 }
 
-}  // namespace
+/// Light through the outer faces of every voxel.
+struct SurfaceLight {
+  Field<float> entering, leaving;
+};
 
-std::vector<float> returnedLight(const Medium& medium, double extinction) {
+SurfaceLight lightThroughFaces(const Medium& medium, double depth_per_density, const Vec3d& stretch) {
   const Topology& topology = medium.topology();
-  const double h = medium.transform().meanVoxelSize();
-  const Vec3d stretch = medium.transform().voxelSize() / h;
   const Wavefront wavefront(medium.density.topology, stretch, levelSymmetric(kProbeOrder));
-
-  struct Sums {
-    double entering = 0, leaving = 0;
-  };
-  std::vector<Sums> sums(topology.blockCount());
-  std::vector<float> factor(topology.blockCount(), 1.0f);
+  SurfaceLight light{Field<float>(topology), Field<float>(topology)};
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     const std::vector<RayLattice>& lattices = wavefront.lattices(octant);
     wavefront.pass(octant, [&](size_t b, Wavefront::Rays& rays) {
-      alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels];
+      alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels], entering[kBlockVoxels],
+          leaving[kBlockVoxels];
       const float* rho = medium.density.values.block(b);
-      for (int n = 0; n < kBlockVoxels; ++n) tau[n] = static_cast<float>(extinction * h * rho[n]);
+      for (int n = 0; n < kBlockVoxels; ++n) tau[n] = static_cast<float>(depth_per_density * rho[n]);
       turnBlock(tau, turned_tau);
+      std::fill_n(entering, kBlockVoxels, 0.0f);
+      std::fill_n(leaving, kBlockVoxels, 0.0f);
       const RowBits open[6] = {RowBits(openFaces(topology, b, 0)), RowBits(openFaces(topology, b, 1)),
                                RowBits(openFaces(topology, b, 2)), RowBits(openFaces(topology, b, 3)),
                                RowBits(openFaces(topology, b, 4)), RowBits(openFaces(topology, b, 5))};
-      Surface plain{tau, {}, 64, 8}, turned{turned_tau, {}, 64, 8};
+      Faces plain{tau, {}, light.entering.block(b), light.leaving.block(b), 64, 8};
+      Faces turned{turned_tau, {}, entering, leaving, 64, 8};
       for (int face = 0; face < 6; ++face) {
         plain.open[face] = open[face].plain;
         turned.open[face] = open[face].turned;
       }
-      Passed passed;
       for (size_t d = 0; d < lattices.size(); ++d) {
-        const RayLattice& lattice = lattices[d];
-        plain.stride_w = lattice.w == 0 ? 64 : 8;
-        plain.stride_u = lattice.w == 0 ? 8 : 64;
-        passFaces(lattice, lattice.w == 2 ? turned : plain, topology.origin(b), rays[d].get(), passed);
+        plain.stride_w = lattices[d].w == 0 ? 64 : 8;
+        plain.stride_u = lattices[d].w == 0 ? 8 : 64;
+        passFaces(lattices[d], lattices[d].w == 2 ? turned : plain, topology.origin(b), rays[d].get());
       }
-      sums[b].entering += sumOf(passed.entering);
-      sums[b].leaving += sumOf(passed.leaving);
+      addTurnedBack(entering, plain.entering);
+      addTurnedBack(leaving, plain.leaving);
     });
   }
+  return light;
+}
+
+constexpr int kReach = 4;  // of the ball over which light is summed, voxels
+constexpr int kSpan = kBlockWidth + 2 * kReach;
+
+/// Sums of a field along z, from the bottom of the halo up: [x][y][z] holds the sum of what lies below z.
+struct RunningSums {
+  float sum[kSpan][kSpan][kSpan + 1];
+
+  RunningSums(const Topology& topology, const Field<float>& field, size_t block) {
+    const Coord& origin = topology.origin(block);
+    std::fill_n(&sum[0][0][0], kSpan * kSpan * (kSpan + 1), 0.0f);
+    for (int bx = -1; bx <= 1; ++bx)
+      for (int by = -1; by <= 1; ++by)
+        for (int bz = -1; bz <= 1; ++bz) {
+          const int32_t b = topology.find(origin + Coord(8 * bx, 8 * by, 8 * bz));
+          if (b == kNoBlock) continue;
+          const float* values = field.block(b);
+          const auto first = [](int side) { return std::max(0, 8 * side + kReach); };
+          const auto end = [](int side) { return std::min(kSpan, 8 * side + kReach + 8); };
+          for (int x = first(bx); x < end(bx); ++x)
+            for (int y = first(by); y < end(by); ++y)
+              for (int z = first(bz); z < end(bz); ++z)
+                sum[x][y][z + 1] = values[voxelOffset((x - kReach) & 7, (y - kReach) & 7, (z - kReach) & 7)];
+        }
+    for (auto& plane : sum)
+      for (auto& row : plane)
+        for (int z = 0; z < kSpan; ++z) row[z + 1] += row[z];
+  }
+  /// Over the ball about eight voxels along z, (x, y) of the block.
+  Row ball(int x, int y) const {
+    Row total{};
+    for (int dx = -kReach; dx <= kReach; ++dx)
+      for (int dy = -kReach; dy <= kReach; ++dy) {
+        const int left = kReach * kReach - dx * dx - dy * dy;
+        if (left < 0) continue;
+        const int reach = static_cast<int>(std::sqrt(static_cast<float>(left)));
+        const float* row = sum[x + kReach + dx][y + kReach + dy] + kReach;
+        total += loadRow(row + reach + 1) - loadRow(row - reach);
+      }
+    return total;
+  }
+};
+
+}  // namespace
+
+Field<float> returnedLight(const Medium& medium, double extinction) {
+  const Topology& topology = medium.topology();
+  const double h = medium.transform().meanVoxelSize();
+  const Vec3d stretch = medium.transform().voxelSize() / h;
+  Field<float> factor(topology, 1.0f);
+  if (topology.blockCount() == 0) return factor;
+  const SurfaceLight light = lightThroughFaces(medium, extinction * h, stretch);
+
+  Field<float> smooth(
+      topology);  // what x would be by the steps of a smooth surface, times the light that leaves
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    if (!(sums[b].leaving > 0)) return;
     float area[kBlockVoxels];
     areaFactors(topology, stretch, b, area);
-    double faces = 0, area_sum = 0, tau_sum = 0;
-    for (int face = 0; face < 6; ++face) {
-      const BlockMask open = openFaces(topology, b, face);
-      for (auto it = open.beginOn(); it; ++it) {
-        ++faces;
-        area_sum += area[it.pos()];
-        tau_sum += extinction * h * medium.density.values.block(b)[it.pos()];
+    const float *rho = medium.density.values.block(b), *leaving = light.leaving.block(b);
+    for (int n = 0; n < kBlockVoxels; ++n) {
+      const float a = area[n], tau = static_cast<float>(extinction * h * rho[n]);
+      smooth.block(b)[n] = leaving[n] * std::min(a, a / (2 - a) + (1 - a) / (1 + 1.5f * tau));
+    }
+  });
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    BlockMask surface = openFaces(topology, b, 0);
+    for (int face = 1; face < 6; ++face) surface |= openFaces(topology, b, face);
+    if (surface.isOff()) return;
+    const RunningSums entering(topology, light.entering, b), leaving(topology, light.leaving, b),
+        smooth_sum(topology, smooth, b);
+    for (int row = 0; row < 64; ++row) {
+      const uint8_t bits = rowBits(surface)[row];
+      if (!bits) continue;
+      const int x = row >> 3, y = row & 7;
+      const Row in = entering.ball(x, y), out = leaving.ball(x, y), m = smooth_sum.ball(x, y);
+      for (int z = 0; z < 8; ++z) {
+        if (!(bits >> z & 1) || !(out[z] > 0 && m[z] > 0)) continue;
+        const float beta = std::clamp(in[z] / out[z], 0.0f, kMostReturned);
+        factor.block(b)[row * 8 + z] = std::min(1.0f, (1 - beta) / (1 + beta) * out[z] / m[z]);
       }
     }
-    if (faces == 0) return;
-    const double a = area_sum / faces, tau = tau_sum / faces;
-    const double beta = std::min(sums[b].entering / sums[b].leaving, kMostReturned);
-    const double smooth = std::min(a, a / (2 - a) + (1 - a) / (1 + 1.5 * tau));
-    factor[b] = static_cast<float>(std::min(1.0, (1 - beta) / (1 + beta) / smooth));
   });
   return factor;
 }

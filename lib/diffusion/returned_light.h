@@ -7,19 +7,19 @@ namespace vdb_diffuse {
 
 /// Light that leaves the medium and meets it again: a lobe's light that enters another, and what a rough
 /// surface sends to itself. The vacuum boundary of the diffusion equation on every outer face forgets it, and
-/// a fractal cloud loses its light more than twice too fast (see README, "How far off").
+/// a fractal cloud loses its light more than twice too fast.
 ///
 /// Where a part beta of the light that leaves comes back, the two half-range fluxes of P1 give the resistance
 /// of a wall of albedo beta, 2 (1 + beta) / (1 - beta): the leak falls by x = (1 - beta) / (1 + beta). beta
-/// is measured block by block with a few rays through the medium as it would glow by itself (a uniform source
-/// function), over all of its outer faces. A smooth surface made of voxels returns light to itself too, at
-/// its steps, and that is in the area factor a already: there x is m(a, tau) = a / (2 - a) + (1 - a) / (1
-/// + 1.5 tau), with tau the optical depth of a voxel at the surface (the first term is exact for opaque
-/// voxels; the second was fitted to balls from 0.07 to 2.2 optical depths a voxel, where it holds within 3
-/// %).
+/// is measured with a few rays through the medium as it would glow by itself (a uniform source function),
+/// over the outer faces within four voxels. A smooth surface made of voxels returns light to itself too, at
+/// its steps, and that is in the area factor a already: there x is a at least, and for thicker voxels m = a /
+/// (2 - a) + (1 - a) / (1 + 1.5 tau), tau the optical depth of a voxel at the surface (the first term is
+/// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where it
+/// holds within 4 %).
 ///
 /// \param extinction  of the equation's medium, 1/(length density)
-/// \return for every block the factor min(1, x / m) on the area factors of its outer faces, in (0, 1]
-std::vector<float> returnedLight(const Medium& medium, double extinction);
+/// \return the factor min(1, x / min(a, m)) on the area factors, in (0, 1]; 1 where a voxel has no outer face
+Field<float> returnedLight(const Medium& medium, double extinction);
 
 }  // namespace vdb_diffuse

@@ -85,6 +85,7 @@ Measurement measure(const Method& method, const Medium& medium, const Scene& sce
   row.converged = result.converged;
   row.closure = result.energy.closure();
   row.negative_voxels = result.negative_voxels;
+  row.estimated_error = result.estimated_error;
   row.warnings = std::move(result.warnings);
   row.errors = errorsOf(gridValues(medium, std::move(result.diffuse)), truth, truth.diffuse, truth.noisy,
                         settings.block);

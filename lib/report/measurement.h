@@ -35,7 +35,8 @@ struct Measurement {
   uint64_t samples = 0;           ///< of Monte Carlo
   std::optional<int> iterations;  ///< of a solve
   bool converged = true;
-  std::optional<double> closure;  ///< of the energy
+  std::optional<double> closure;          ///< of the energy
+  std::optional<double> estimated_error;  ///< what the method says of itself
   size_t negative_voxels = 0;
   std::optional<EqualError> monte_carlo;  ///< its time to the same error
   std::vector<std::string> warnings;

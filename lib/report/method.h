@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "diffusion/diffuse.h"
+#include "transport/illuminate.h"
 
 namespace vdb_diffuse {
 
@@ -13,6 +13,7 @@ struct Method {
   std::string label;   ///< beside its point
   std::string series;  ///< points of one series are joined, in the order of the list
   DiffuseSettings settings;
+  TransportSettings transport;
 };
 
 /// All of them, cheapest first. What is added here can be chosen, is measured and is drawn.

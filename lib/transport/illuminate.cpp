@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "medium/angular_basis.h"
+#include "transport/error_estimate.h"
 #include "transport/source.h"
 
 namespace vdb_diffuse {
@@ -15,6 +16,15 @@ namespace {
 /// depth per voxel on (measured on a fractal cloud: r = 2 diverges at 2.3, r = 1 converges at 5.7, r = 0.5
 /// only converges later).
 constexpr float kMostResistance = 1;
+
+/// Two sums, one over the other.
+struct Ratio {
+  double above = 0, below = 0;
+  void operator+=(const Ratio& o) {
+    above += o.above;
+    below += o.below;
+  }
+};
 
 class Refinement {
  public:
@@ -34,9 +44,12 @@ class Refinement {
       for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
       diffusiveFlux(e, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, &channel.flux);
     }
+    ErrorEstimate estimate(meanDepth(e), medium_.optics.g);
     for (int k = 0; k < transport_.sweeps; ++k) {
       if (settings_.progress) settings_.progress("sweeps", static_cast<double>(k) / transport_.sweeps);
-      step(channel, vectors);
+      channel.estimated_error = estimate.afterStep(step(channel, vectors));
+      ++channel.sweeps;
+      if (transport_.error && *channel.estimated_error <= *transport_.error) break;
     }
   }
 
@@ -52,8 +65,24 @@ class Refinement {
   std::unique_ptr<Equation> damped_;
   std::unique_ptr<Multigrid> damped_multigrid_;
 
-  /// One sweep and the correction that follows it.
-  void step(ChannelSolution& channel, bool vectors) {
+  /// Optical depth of a voxel in the swept medium, weighted by density.
+  double meanDepth(const Equation& e) const {
+    const Topology& topology = medium_.topology();
+    Ratio sums = sumOverBlocks<Ratio>(topology.blockCount(), [&](size_t b) {
+      Ratio sum;
+      const float* rho = medium_.density.values.block(b);
+      for (int n = 0; n < kBlockVoxels; ++n) {
+        sum.below += rho[n];
+        sum.above += static_cast<double>(rho[n]) * rho[n];
+      }
+      return sum;
+    });
+    return sums.below > 0 ? e.optics.sigma_t_beam * e.h * sums.above / sums.below : 0;
+  }
+
+  /// One sweep and the correction that follows it; returns by how much the light has changed, RMS weighted by
+  /// density over that of the result.
+  double step(ChannelSolution& channel, bool vectors) {
     const Topology& topology = medium_.topology();
     SweepSource source;
     formSweepSource(channel, medium_, second_, source);
@@ -62,11 +91,25 @@ class Refinement {
     Field<double> d(topology);
     solveCorrection(channel, R, d);
     channel.escaped = swept.escaped + escapedBy(d);
-    forEachBlock(topology.blockCount(), [&](size_t b) {
-      for (auto it = topology.active(b).beginOn(); it; ++it)
-        channel.I0.block(b)[it.pos()] = swept.mean.block(b)[it.pos()] + d.block(b)[it.pos()];
+    const Ratio change = sumOverBlocks<Ratio>(topology.blockCount(), [&](size_t b) {
+      Ratio sum;
+      const float* rho = medium_.density.values.block(b);
+      for (auto it = topology.active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        double& I0 = channel.I0.block(b)[n];
+        const double now = swept.mean.block(b)[n] + d.block(b)[n];
+        sum.above += rho[n] * (now - I0) * (now - I0);
+        sum.below += rho[n] * now * now;
+        I0 = now;
+      }
+      return sum;
     });
-    if (!vectors) return;
+    if (vectors) updateMoments(channel, swept, d);
+    return change.below > 0 ? std::sqrt(change.above / change.below) : 0;
+  }
+
+  void updateMoments(ChannelSolution& channel, SweepResult& swept, const Field<double>& d) {
+    const Topology& topology = medium_.topology();
     second_.clear();
     for (size_t k = kFirstOrder; k < swept.moments.size(); ++k)
       second_.push_back(std::move(swept.moments[k]));
@@ -164,7 +207,7 @@ class Refinement {
 
 DiffuseResult illuminate(const Medium& medium, const Scene& scene, const DiffuseSettings& settings,
                          const TransportSettings& transport) {
-  if (transport.sweeps == 0) return diffuse(medium, scene, settings);
+  if (transport.sweeps <= 0) return diffuse(medium, scene, settings);
   const auto refinement = std::make_shared<Refinement>(medium, settings, transport);
   DiffuseSettings refined = settings;
   refined.source.phase_order = 2;

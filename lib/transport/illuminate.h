@@ -5,8 +5,10 @@
 namespace vdb_diffuse {
 
 struct TransportSettings {
-  int sweeps = 0;  ///< after the diffusion solve, each followed by a correction
-  int order = 8;   ///< of the level-symmetric set: 80 directions
+  int sweeps = 1;  ///< after the diffusion solve, each followed by a correction
+  std::optional<double>
+      error;      ///< sweep until the estimated error is at most this; `sweeps` is then the most
+  int order = 8;  ///< of the level-symmetric set: 80 directions
 };
 
 /// Diffusion, then transport sweeps that buy its model error down.

@@ -79,7 +79,8 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium,
             albedo * (source.slope[a].block(b)[n] + channel.scale * at(Q, 0) * (sourceSlope(k) + bend));
         steepness += std::abs(slope[a]);
       }
-      const double J = source.J.block(b)[n], limit = 0.5 * steepness > J ? J / (0.5 * steepness) : 1;
+      const double J = std::max(0.0f, source.J.block(b)[n]);  // so flat that it is nowhere negative
+      const double limit = 0.5 * steepness > J ? J / (0.5 * steepness) : 1;
       for (int a = 0; a < 3; ++a) source.slope[a].block(b)[n] = static_cast<float>(slope[a] * limit);
     }
   });
