@@ -15,6 +15,9 @@ constexpr double kInverseSphere = 1 / (4 * M_PI);
 /// A cube nearer to a lamp than this many of its radii is cut into eight, down to the finest side in voxels.
 constexpr double kNearLamp = 4, kFinestCube = 1.0 / 64;
 
+/// A cube of more optical depths is cut as well, down to this side, unless the light is gone before it.
+constexpr double kThickCube = 1, kFinestThickCube = 0.25, kGoneBefore = 6;
+
 bool grey(const Vec3d& c) {
   return c[0] == c[1] && c[0] == c[2];
 }
@@ -171,13 +174,13 @@ class Gatherer {
   void addPoint(const PointSample& point, const Vec3d& p, double side, float rho, Gathered& sum) const {
     const Vec3d from = medium_.transform().toWorld(p), separation = point.position - from;
     const double r = separation.length(), radius = side * ball_radius_;
-    if (side > kFinestCube && r < kNearLamp * radius) {
+    const auto cut = [&] {
       for (int corner = 0; corner < 8; ++corner) {
         const Vec3d offset(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
         addPoint(point, p + offset * (0.25 * side), 0.5 * side, rho, sum);
       }
-      return;
-    }
+    };
+    if (side > kFinestCube && r < kNearLamp * radius) return cut();
     LightPath path;
     Vec3d toward(0);
     if (r > 1e-6 * radius) toward = separation / r;
@@ -189,6 +192,9 @@ class Gatherer {
       const double half = side * exitOfVoxel(p, d, p);  // of the chord through the cube's centre
       path.inside = rho * (std::min(half, r) + half);
       path.before = columnDensity(medium_.density, p, d, half, r, enough_);
+      // A thick cube shades itself, and one chord through its middle is not the mean of all.
+      const double sigma_t = optics_[0].true_sigma_t, depth = sigma_t * rho * 2 * radius;
+      if (depth > kThickCube && side > kFinestThickCube && sigma_t * path.before < kGoneBefore) return cut();
     } else {
       path.inside = rho * radius;  // the lamp shines inside the cube: its light leaves from 0 to the rim
     }

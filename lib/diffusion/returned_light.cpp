@@ -10,7 +10,6 @@
 namespace vdb_diffuse {
 namespace {
 
-constexpr int kProbeOrder = 4;          // 24 directions
 constexpr float kMostReturned = 0.98f;  // what is closed more tightly than that leaks by diffusion anyway
 
 /// Voxels of a block whose face looks at one that is not active.
@@ -76,7 +75,7 @@ struct SurfaceLight {
 
 SurfaceLight lightThroughFaces(const Medium& medium, double depth_per_density, const Vec3d& stretch) {
   const Topology& topology = medium.topology();
-  const Wavefront wavefront(medium.density.topology, stretch, levelSymmetric(kProbeOrder));
+  const Wavefront wavefront(medium.density.topology, stretch, offPlanes());
   SurfaceLight light{Field<float>(topology), Field<float>(topology)};
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     const std::vector<RayLattice>& lattices = wavefront.lattices(octant);

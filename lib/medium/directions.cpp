@@ -74,4 +74,21 @@ DirectionSet levelSymmetric(int order) {
   return set;
 }
 
+DirectionSet offPlanes() {
+  // The fourth moments are those of the sphere: with x^2 + y^2 + z^2 = 1, x^4 + y^4 + z^4 = 3/5.
+  const double x = 0.25, sum = 1 - x * x, fourths = 0.6 - x * x * x * x;
+  const double root = std::sqrt(2 * fourths - sum * sum);
+  std::array<double, 3> cosine{x, std::sqrt(0.5 * (sum - root)), std::sqrt(0.5 * (sum + root))};
+  DirectionSet set;
+  for (int octant = 0; octant < 8; ++octant) {
+    std::sort(cosine.begin(), cosine.end());
+    do {
+      set.s.emplace_back(octant & 4 ? -cosine[0] : cosine[0], octant & 2 ? -cosine[1] : cosine[1],
+                         octant & 1 ? -cosine[2] : cosine[2]);
+      set.weight.push_back(1.0 / 48);
+    } while (std::next_permutation(cosine.begin(), cosine.end()));
+  }
+  return set;
+}
+
 }  // namespace vdb_diffuse

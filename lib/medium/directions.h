@@ -20,4 +20,8 @@ struct DirectionSet {
 /// order. \param order  n: 4, 6, 8, 12 or 16
 DirectionSet levelSymmetric(int order);
 
+/// 48 directions of equal weight, as symmetric, but none in a plane of symmetry: no ray of theirs runs
+/// through the edges of voxels, where rounding would decide by which face it leaves. Exact up to fifth order.
+DirectionSet offPlanes();
+
 }  // namespace vdb_diffuse

@@ -39,6 +39,7 @@ class Refinement {
                                                levelSymmetric(transport_.order));
     setUpCorrection(channel);
     second_.clear();
+    formBeamSlope(channel, medium_, beam_slope_);
     const bool vectors = e.optics.g != 0 || settings_.want_flux;
     if (vectors) {
       for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
@@ -58,7 +59,8 @@ class Refinement {
   const DiffuseSettings settings_;
   const TransportSettings transport_;
   std::unique_ptr<Wavefront> wavefront_;
-  std::vector<Field<float>> second_;    // moments of the channel at hand
+  VectorField beam_slope_;            // of the channel at hand
+  std::vector<Field<float>> second_;  // moments of its light
   const Equation* equation_ = nullptr;  // whose correction is set up
   const Equation* correction_ = nullptr;
   Multigrid* multigrid_ = nullptr;
@@ -85,7 +87,7 @@ class Refinement {
   double step(ChannelSolution& channel, bool vectors) {
     const Topology& topology = medium_.topology();
     SweepSource source;
-    formSweepSource(channel, medium_, second_, source);
+    formSweepSource(channel, medium_, beam_slope_, second_, source);
     SweepResult swept = sweep(*wavefront_, source, vectors ? kFirstOrder : 0);
     const Field<float> R = imbalance(channel, swept);
     Field<double> d(topology);

@@ -10,7 +10,7 @@
 
 namespace vdb_diffuse {
 
-void formSweepSource(const ChannelSolution& channel, const Medium& medium,
+void formSweepSource(const ChannelSolution& channel, const Medium& medium, const VectorField& beam_slope,
                      const std::vector<Field<float>>& second, SweepSource& source) {
   const Equation& e = channel.equation;
   const Topology& topology = *e.A->topology;
@@ -19,7 +19,6 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium,
   const double emission =
       medium.emission.empty() ? 0 : (1 - albedo) * medium.optics.emission_scale * channel.scale;
   const double anisotropy = std::sqrt(3.0) * e.optics.g * albedo;  // of the moments, sqrt(3) times the flux
-  const double tau_s = e.optics.sigma_s * e.h;
   source.tau = Field<float>(topology);
   source.J = Field<float>(topology);
   for (Field<float>& slope : source.slope) slope = Field<float>(topology);
@@ -28,7 +27,7 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium,
   const int moments = second_order != 0 ? kSecondOrder : anisotropy != 0 ? kFirstOrder : 0;
   for (int k = 0; k < moments; ++k) source.angular.emplace_back(topology);
 
-  diffusiveFlux(e, medium, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, nullptr, &source.slope);
+  diffusiveFlux(e, medium, channel.I0, {}, nullptr, &source.slope);
   forEachBlock(topology.blockCount(), [&](size_t b) {
     const float *rho = medium.density.values.block(b), *Q0 = channel.Q0.block(b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
@@ -51,37 +50,52 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium,
     }
   });
   forEachBlock(topology.blockCount(), [&](size_t b) {
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      double slope[3], steepness = 0;
+      for (int a = 0; a < 3; ++a) {
+        slope[a] = albedo * (static_cast<double>(source.slope[a].block(b)[n]) + beam_slope[a].block(b)[n]);
+        steepness += std::abs(slope[a]);
+      }
+      const double J = std::max(0.0f, source.J.block(b)[n]);  // so flat that it is nowhere negative
+      const double limit = 0.5 * steepness > J ? J / (0.5 * steepness) : 1;
+      for (int a = 0; a < 3; ++a) source.slope[a].block(b)[n] = static_cast<float>(slope[a] * limit);
+    }
+  });
+}
+
+void formBeamSlope(const ChannelSolution& channel, const Medium& medium, VectorField& slope) {
+  const Equation& e = channel.equation;
+  const Topology& topology = *e.A->topology;
+  const double tau_s = e.optics.sigma_s * e.h, extinction = e.optics.sigma_t_beam * e.h;
+  for (Field<float>& component : slope) component = Field<float>(topology);
+  diffusiveFlux(e, medium, Field<double>(topology), {&channel.Q0, channel.Q1_flux, channel.scale}, nullptr,
+                &slope);
+  forEachBlock(topology.blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
-    const VectorField* beam_flux = channel.Q1_flux;
     Halo<float> r, Q;
     loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r);
     loadHalo(topology, channel.Q0, b, 0.0f, Q);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
       const Coord p = voxelLocal(n);
-      const double tau = source.tau.block(b)[n];
-      double slope[3], steepness = 0;
       for (int a = 0; a < 3; ++a) {
         const int dx = a == 0, dy = a == 1, dz = a == 2;
         const auto at = [&](const Halo<float>& f, int step) {
           return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
         };
-        const double bound = beam_flux && at(Q, 0) > 0
-                                 ? 2 * tau * e.stretch[a] * std::abs((*beam_flux)[a].block(b)[n]) / at(Q, 0)
-                                 : 0;
+        const double s = e.stretch[a];
+        const double bound =
+            channel.Q1_flux && at(Q, 0) > 0
+                ? 2 * extinction * rho[n] * s * std::abs((*channel.Q1_flux)[a].block(b)[n]) / at(Q, 0)
+                : 0;
         const double k = sourceGrowth(at(Q, -1), at(Q, 0), at(Q, 1), std::isfinite(at(r, -1)),
                                       std::isfinite(at(r, 1)), bound);
         // I0 bends as its source does, I0'' = -2 r S: its moment is not that of the line between the faces
-        const double bend = k == 0 ? 0
-                                   : 2 * at(r, 0) * tau_s * rho[n] * e.stretch[a] * e.stretch[a] *
-                                         (k - sourceSlope(k)) / (k * k);
-        slope[a] =
-            albedo * (source.slope[a].block(b)[n] + channel.scale * at(Q, 0) * (sourceSlope(k) + bend));
-        steepness += std::abs(slope[a]);
+        const double bend =
+            k == 0 ? 0 : 2 * at(r, 0) * tau_s * rho[n] * s * s * (k - sourceSlope(k)) / (k * k);
+        slope[a].block(b)[n] += static_cast<float>(channel.scale * at(Q, 0) * (sourceSlope(k) + bend));
       }
-      const double J = std::max(0.0f, source.J.block(b)[n]);  // so flat that it is nowhere negative
-      const double limit = 0.5 * steepness > J ? J / (0.5 * steepness) : 1;
-      for (int a = 0; a < 3; ++a) source.slope[a].block(b)[n] = static_cast<float>(slope[a] * limit);
     }
   });
 }

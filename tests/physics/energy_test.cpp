@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "diffusion/diffuse.h"
+#include "diffusion/source_shape.h"
 #include "volumes.h"
 
 namespace vdb_diffuse {
@@ -85,7 +86,8 @@ TEST(Energy, ClosesForAnyMedium) {
       }
 }
 
-// The flux through open faces, from the formula for an isolated beam: (I0 + (h/2) q.n) / (r + 2).
+// The flux through open faces, (I0 + (h/2) q.n + u) / (r + 2), with u what the beam scatters in the half voxel
+// before the face (equation.h).
 TEST(Energy, EscapesThroughTheOpenFaces) {
   for (double g : {0.0, 0.25, -0.25}) {
     Medium medium = lumpyMedium(Vec3d(0.8), Vec3d(0.1), g);
@@ -96,17 +98,29 @@ TEST(Energy, EscapesThroughTheOpenFaces) {
     const Vec3d d(0, 0, -1);
     const DiffuseResult result = diffuse(medium, sunScene(d), settings);
     const Topology& topology = medium.topology();
+    const Field<float>& Q = result.direct[0];
     const double h = medium.transform().meanVoxelSize(), sigma_tr = 0.1 + (1 - g) * 0.8;
     double escaped = 0;
     forEachVoxel(topology, [&](Coord p, size_t i) {
       const double rho = medium.density.values[i], r = 1.5 * sigma_tr * rho * h;
+      const auto beside = [&](int a, int side) {
+        Coord next = p;
+        next[a] += side;
+        return next;
+      };
+      int open_axes = 0;
+      for (int a = 0; a < 3; ++a)
+        open_axes += !topology.isActive(beside(a, -1)) || !topology.isActive(beside(a, 1));
       for (int a = 0; a < 3; ++a)
         for (int side : {-1, 1}) {
-          Coord next = p;
-          next[a] += side;
-          if (topology.isActive(next)) continue;
-          const double drive = 0.5 * h * 0.8 * rho * 3 * g * d[a] * side * result.direct[0][i];
-          escaped += 4 * M_PI * h * h * (result.diffuse[0][i] + drive) / (r + 2);
+          if (topology.isActive(beside(a, side))) continue;
+          const Coord low = beside(a, -1), high = beside(a, 1);
+          const double k = sourceGrowth(Q.at(topology, low), Q[i], Q.at(topology, high), topology.isActive(low),
+                                        topology.isActive(high), 2 * 0.9 * rho * h * std::abs(d[a]));
+          const double ahead = (1.0 / open_axes - 1) / 8 + sourceAhead(side * k);
+          const double drive = 0.5 * h * 0.8 * rho * 3 * g * d[a] * side * Q[i];
+          const double u = 2 * r * 0.8 * rho * h * Q[i] * ahead;
+          escaped += 4 * M_PI * h * h * (result.diffuse[0][i] + drive + u) / (r + 2);
         }
     });
     ASSERT_EQ(result.negative_voxels, 0u) << "g " << g;
