@@ -108,6 +108,10 @@ void run(const BakeFlags& flags, ExitStatus& status) {
     throw UsageError("--error: a number between 0 and 1 is needed; 0.05 is 5 %");
   flags.check();
   const ModelSettings model = modelOf(flags);
+  if (model.model == Model::kPaper && (flags.sweeps.value_or(0) > 0 || flags.error))
+    throw UsageError(
+        "--model paper: the printed equations lose energy, and no sweep can start from them; use "
+        "--model default or p1");
   const SceneFile scene = flags.scene.resolve();
   const auto limit = flags.limitThreads();
   const Progress progress = makeProgress(flags.progress);
@@ -128,7 +132,9 @@ void run(const BakeFlags& flags, ExitStatus& status) {
   settings.want_flux = flags.wants("flux");
   settings.progress = progress;
   TransportSettings transport;
-  transport.sweeps = flags.sweeps.value_or(flags.error ? kMostSweeps : transport.sweeps);
+  transport.sweeps = flags.sweeps.value_or(flags.error                      ? kMostSweeps
+                                           : model.model == Model::kDefault ? transport.sweeps
+                                                                            : 0);
   transport.error = flags.error;
   checkMemory(flags.input, medium, settings.want_flux, transport.sweeps > 0);
   DiffuseResult result = illuminate(medium, scene.scene, settings, transport);
@@ -198,7 +204,7 @@ void addBake(CLI::App& program, ExitStatus& status) {
       ->add_option(
           "--sweeps", flags->sweeps,
           "Transport sweeps after the diffusion solve: each buys a smaller error for more time; 0 is "
-          "diffusion alone (default: 1; with --error at most 16)")
+          "diffusion alone (default: 1; with --error at most 16; 0 for other models)")
       ->type_name("K")
       ->check(CLI::Range(0, 100))
       ->group(method);

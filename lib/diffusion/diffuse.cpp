@@ -267,6 +267,8 @@ class Diffusion {
 
   void finish() {
     result_.direct = std::move(source_.direct);
+    if (settings_.refine && std::abs(result_.energy.closure()) > 10 * settings_.tolerance)
+      result_.converged = false;
     if (result_.energy.scattered_in + result_.energy.emitted > 0) return;
     double light = 0;
     for (const Field<float>& channel : result_.direct)

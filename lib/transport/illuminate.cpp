@@ -134,7 +134,7 @@ class Refinement {
     solving.tolerance = std::min(settings_.tolerance * norm / size, 0.1);
     solving.max_iterations = settings_.max_iterations;
     const SolveReport report = solve(*multigrid_, R, d, solving);
-    channel.converged = report.converged;
+    channel.converged = channel.converged && report.converged;
     channel.iterations += report.iterations;
     channel.relative_residual = report.relative_residual * size / norm;
   }

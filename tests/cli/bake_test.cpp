@@ -111,7 +111,8 @@ TEST(Bake, RealCloudsConvergeInAFewIterations) {
   if (!samples) GTEST_SKIP() << "VDB_DIFFUSE_SAMPLES names no folder of sample volumes";
   for (const std::string name : {"teapot_cloud.vdb", "wdas_cloud_sixteenth.vdb"}) {
     const TemporaryFolder folder;
-    const Baked baked = bake(folder, std::string(samples) + "/" + name, "--sun 0.5,-0.8,0.3 --env 0.3 --sweeps 0");
+    const Baked baked =
+        bake(folder, std::string(samples) + "/" + name, "--sun 0.5,-0.8,0.3 --env 0.3 --sweeps 0");
     EXPECT_EQ(baked.outcome.status, 0) << baked.outcome.error;
     EXPECT_LE(baked.stats["relative_residual"].get<double>(), 1e-4);
     EXPECT_LT(std::abs(baked.stats["energy"]["closure"].get<double>()), 10 * 1e-4);

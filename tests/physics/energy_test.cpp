@@ -86,8 +86,8 @@ TEST(Energy, ClosesForAnyMedium) {
       }
 }
 
-// The flux through open faces, (I0 + (h/2) q.n + u) / (r + 2), with u what the beam scatters in the half voxel
-// before the face (equation.h).
+// The flux through open faces, (I0 + (h/2) q.n + u) / (r + 2), with u what the beam scatters in the half
+// voxel before the face (equation.h).
 TEST(Energy, EscapesThroughTheOpenFaces) {
   for (double g : {0.0, 0.25, -0.25}) {
     Medium medium = lumpyMedium(Vec3d(0.8), Vec3d(0.1), g);
@@ -115,8 +115,9 @@ TEST(Energy, EscapesThroughTheOpenFaces) {
         for (int side : {-1, 1}) {
           if (topology.isActive(beside(a, side))) continue;
           const Coord low = beside(a, -1), high = beside(a, 1);
-          const double k = sourceGrowth(Q.at(topology, low), Q[i], Q.at(topology, high), topology.isActive(low),
-                                        topology.isActive(high), 2 * 0.9 * rho * h * std::abs(d[a]));
+          const double k =
+              sourceGrowth(Q.at(topology, low), Q[i], Q.at(topology, high), topology.isActive(low),
+                           topology.isActive(high), 2 * 0.9 * rho * h * std::abs(d[a]));
           const double ahead = (1.0 / open_axes - 1) / 8 + sourceAhead(side * k);
           const double drive = 0.5 * h * 0.8 * rho * 3 * g * d[a] * side * Q[i];
           const double u = 2 * r * 0.8 * rho * h * Q[i] * ahead;

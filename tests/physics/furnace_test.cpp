@@ -68,23 +68,22 @@ TEST(Furnace, RadianceIsThatOfTheSky) {
       }
 }
 
-// The light that scatters first in a voxel of several optical depths does so near its outer side; the solve
-// has it start from the middle, and it finds its way out too late. That goes with the voxel.
-TEST(Furnace, ThickVoxelsErrLessWhenHalved) {
-  const Departure coarse = furnace(8, 0, 0, kNoCap, 8), fine = furnace(8, 0, 0, kNoCap, 16);
-  EXPECT_LT(std::abs(fine.mean), 0.55 * std::abs(coarse.mean)) << told(coarse) << "; " << told(fine);
-  // Absorption and emission in balance hide it in the interior.
-  const Departure absorbing = furnace(9, 1, 0, kNoCap);
-  EXPECT_LT(absorbing.inside, 0.005) << told(absorbing);
+// The light that scatters first in a voxel of several optical depths does so near its outer side; a source
+// that starts from the middle finds its way out too late, and was 54 % too bright at 3.3 optical depths per
+// voxel.
+TEST(Furnace, ThickVoxelsScatterWhereTheLightIs) {
+  for (double depth : {1.0, 2.0, 3.3}) {
+    const Departure d = furnace(depth * 12 / kRadius, 0, 0, kNoCap);
+    EXPECT_LT(std::abs(d.mean), 0.08) << depth << ' ' << told(d);
+  }
 }
 
-// The cap is made for clouds under a sun. It slows light that must find its way out of a medium as thin as
-// the cap is long, and a sky from all sides then is up to 1.7 times too bright in the middle.
-TEST(Furnace, CapTrapsNoMoreThanKnown) {
+// The cap bounds D where the medium is thin, and leaves what is denser alone.
+TEST(Furnace, CapTrapsNoLight) {
   for (double tau : {0.1, 2.0, 10.0}) {
     const Departure d = furnace(tau / kRadius, 0, 0, {});
-    EXPECT_LT(d.inside, 0.7) << "optical radius " << tau << ' ' << told(d);
-    EXPECT_LT(std::abs(d.mean), 0.35) << "optical radius " << tau << ' ' << told(d);
+    EXPECT_LT(d.inside, 0.12) << "optical radius " << tau << ' ' << told(d);
+    EXPECT_LT(std::abs(d.mean), 0.12) << "optical radius " << tau << ' ' << told(d);
   }
 }
 
