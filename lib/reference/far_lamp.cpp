@@ -13,6 +13,7 @@ class FarLamp : public Lamp {
  public:
   explicit FarLamp(const Scenery& scenery) : scenery_(scenery) {}
 
+  int dimensions() const override { return 4; }
   Ray aimed(const double u[4], RandomStream&) const override {
     Ray ray;
     const Vec3d irradiance = draw(u[2], u[3], ray.direction);
@@ -42,26 +43,22 @@ class FarLamp : public Lamp {
 /// A disc of angular radius a and even radiance E / (pi sin^2 a): a plane that faces it receives E.
 class SunLamp : public FarLamp {
  public:
-  SunLamp(const SunLight& sun, const Scenery& scenery) : FarLamp(scenery), cone_{sun.direction.unit(), 1} {
-    const double radius = 0.5 * sun.angle;
-    irradiance_ = sun.irradiance;
-    if (!(radius > 0)) return;
-    cone_.cos_limit = std::cos(radius);
-    const double half_sine = std::sin(0.5 * radius), sine = std::sin(radius);
-    irradiance_ *= 4 * half_sine * half_sine / (sine * sine);  // 2 pi (1 - cos a) / (pi sin^2 a)
-    cap_ = 2 * half_sine * half_sine;
+  SunLamp(const SunLight& sun, const Scenery& scenery)
+      : FarLamp(scenery),
+        cone_(Cone::of(sun.direction.unit(), 0.5 * sun.angle)),
+        irradiance_(sun.irradiance) {
+    if (!(sun.angle > 0)) return;
+    const double sine = std::sin(0.5 * sun.angle);
+    irradiance_ *= cone_.solidAngle() / (M_PI * sine * sine);
   }
+  int dimensions() const override { return 2; }  // a disc is small beside the volume
 
  private:
   Cone cone_;
   Vec3d irradiance_;
-  double cap_ = 0;  // 1 - cos a, with all its digits for a narrow sun
 
   Vec3d draw(double u, double v, Vec3d& direction) const override {
-    Vec3d x, y;
-    frameAbout(cone_.axis, x, y);
-    const double below = cap_ * u, sine = std::sqrt(below * (2 - below)), phi = 2 * M_PI * v;
-    direction = cone_.axis * (1 - below) + x * (sine * std::cos(phi)) + y * (sine * std::sin(phi));
+    direction = cone_.direction(u, v);
     return irradiance_;
   }
 };

@@ -15,6 +15,7 @@ class BallLamp : public Lamp {
   BallLamp(PointSample point, double radius, Cone beam, const Scenery& scenery)
       : point_(point), radius_(radius), beam_(beam), scenery_(scenery) {}
 
+  int dimensions() const override { return radius_ > 0 ? 4 : 2; }
   Ray aimed(const double u[4], RandomStream&) const override {
     Ray ray;
     Vec3d normal(0);
@@ -63,6 +64,7 @@ class AreaLamp : public Lamp {
       cumulative_.push_back(area_);
     }
   }
+  int dimensions() const override { return 4; }
   bool dark() const { return !(area_ > 0) || light_.radiance.isZero(); }
 
   Ray aimed(const double u[4], RandomStream&) const override {
@@ -134,7 +136,7 @@ struct LampMaker {
     point.intensity = light.intensity;
     point.cos_outer = std::cos(0.5 * light.angle);
     point.cos_inner = point.cos_outer + light.blend * (1 - point.cos_outer);
-    return std::make_unique<BallLamp>(point, 0, Cone{point.axis, point.cos_outer}, scenery);
+    return std::make_unique<BallLamp>(point, 0, Cone::of(point.axis, 0.5 * light.angle), scenery);
   }
   std::unique_ptr<Lamp> operator()(const AreaLight& light) const {
     auto lamp = std::make_unique<AreaLamp>(light, scenery);

@@ -15,6 +15,8 @@ class Lamp {
     Vec3d origin, direction;
     Vec3d power{0, 0, 0};  ///< W; rays that miss the box have power too, which is not to be used
   };
+  /// How many numbers a ray takes, 2 or 4.
+  virtual int dimensions() const = 0;
   /// A ray aimed at the volume's box: averaged over draws, the power of those that meet it is what the lamp
   /// sends there.
   virtual Ray aimed(const double u[4], RandomStream& random) const = 0;

@@ -9,7 +9,6 @@ namespace {
 
 constexpr size_t kMostCuts = 4096;        // a wide plane takes some hundred
 constexpr double kPieceOfDistance = 0.5;  // a piece is no wider than this part of its distance
-constexpr double kLeastShare = 1e-6;      // so that every reflecting place has a chance
 
 double triangleArea(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return 0.5 * (b - a).cross(c - a).length();
@@ -20,7 +19,7 @@ double triangleArea(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 double LitSurfaces::worth(const Vec3d& p, int surface) const {
   const Cone cone = coneAround(p, scenery_.box.centre(), scenery_.box.radius());
   const Vec3d& albedo = scenery_.scene.surfaces[surface].albedo;
-  const double share = std::clamp(1 - cone.cos_limit, kLeastShare, 1.0);
+  const double share = std::min(1.0, cone.solidAngle() / (2 * M_PI));
   return share * (albedo[0] + albedo[1] + albedo[2]) / 3;
 }
 

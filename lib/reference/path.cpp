@@ -15,6 +15,9 @@ constexpr double kEnd = 87;
 /// Paths play Russian roulette below this part of the power that they had at first, and those that win have
 /// all of it again: about what absorbing them one by one would do.
 constexpr float kRoulette = 0.25f;
+constexpr float kUnit = 1;  // what a ray brings to the medium on the average, the tally's unit of power
+constexpr double kMostWalkers = 64;   // from one ray
+constexpr size_t kWaiting = 1 << 13;  // walkers that wait before they set out: some MB
 
 /// (1 - exp(-x)) / x, x >= 0: the mean transmittance within an optical depth x.
 inline float meanTransmittance(float x) {
@@ -44,14 +47,15 @@ struct Power {
 template <int C, bool kColoured>
 class Follower : public PathFollower {
  public:
-  Follower(const Scenery& scenery, const VoxelWalk& walk, BatchTally& tally)
+  Follower(const Scenery& scenery, const VoxelWalk& walk, double walker_power, BatchTally& tally)
       : scenery_(scenery),
         walk_(walk),
         transform_(scenery.medium.transform()),
         optics_(scenery.medium.optics),
         h_(transform_.meanVoxelSize()),
+        walker_power_(walker_power),
         tally_(tally),
-        diffuse_(tally.diffuse.data()),
+        records_(tally.records.data()),
         direct_(tally.direct.data()),
         flux_(tally.flux.empty() ? nullptr : tally.flux.data()) {
     for (int c = 0; c < C; ++c) {
@@ -66,20 +70,34 @@ class Follower : public PathFollower {
     }
   }
 
-  void follow(const PathStart& start, const Vec3d& power, double u, RandomStream& random) override {
+  void follow(const PathStart& start, const Vec3d& power, RandomStream& random) override {
     Power<C> w;
     for (int c = 0; c < C; ++c) w.c[c] = static_cast<float>(power[c]);
     if (start.kind == PathStart::Kind::kRay) {
-      followRay(start.origin, start.direction, w, u, random);
+      followRay(start.origin, start.direction, w, random);
     } else if (start.kind == PathStart::Kind::kSurface) {
       Vec3d origin, direction;
-      const float reference = w.largest();
-      if (reflect(start.point, w, reference, random, origin, direction))
-        followRay(origin, direction, w, u, random);
+      if (reflect(start.point, w, kUnit, random, origin, direction)) followRay(origin, direction, w, random);
     } else if (start.kind == PathStart::Kind::kMedium) {
       tally_.energy.emitted += w.bright();
-      scattered(placeInVoxel(start.voxel, random), isotropicDirection(random), w, random);
+      const Place place = placeInVoxel(start.voxel, random);
+      const Vec3f s = isotropicDirection(random);
+      send({place, s, w, random});
     }
+  }
+
+  /// Walkers set out in the order of their blocks, so that what one needs of the volume is at hand from the
+  /// one before.
+  void finish() override {
+    order_.clear();
+    for (size_t n = 0; n < walkers_.size(); ++n)
+      order_.push_back(static_cast<uint64_t>(walkers_[n].place.block) << 32 | n);
+    std::sort(order_.begin(), order_.end());
+    for (const uint64_t n : order_) {
+      Walker& walker = walkers_[n & 0xFFFFFFFFu];
+      scattered(walker.place, walker.s, walker.w, walker.random);
+    }
+    walkers_.clear();
   }
 
  private:
@@ -88,20 +106,36 @@ class Follower : public PathFollower {
   const Transform& transform_;
   const Optics& optics_;
   double h_;
+  double walker_power_;
   BatchTally& tally_;
-  float *diffuse_, *direct_, *flux_;
+  float *records_, *direct_, *flux_;
   double sigma_s_[C], sigma_t_[C], thinnest_ = kInfinity;  // per density and h
   float albedo_[C];
   Vec3d axis_[3];    // the grid's, unit length, in the world
   double per_h_[3];  // voxels
 
+  static constexpr int kRecord = 1 + C;
   struct Stretch {  // of a ray in one voxel
-    size_t voxel;
+    int32_t block;
     float rho;
     double enter;   // at this length, in h
     double before;  // column up to there
   };
   std::vector<Stretch> stretches_;
+
+  struct Walker {
+    Place place;
+    Vec3f s;
+    Power<C> w;
+    RandomStream random;
+  };
+  std::vector<Walker> walkers_;
+  std::vector<uint64_t> order_;
+
+  void send(const Walker& walker) {
+    walkers_.push_back(walker);
+    if (walkers_.size() >= kWaiting) finish();
+  }
 
   Vec3d cellOf(const Vec3d& p_world) const { return transform_.toIndex(p_world) + Vec3d(0.5); }
   Vec3d worldOf(const Place& place) const {
@@ -156,20 +190,18 @@ class Follower : public PathFollower {
 
   /// Light that has not collided: what it does to every voxel on its way is known, and part of it collides
   /// somewhere there. What is left meets a surface, or escapes.
-  void followRay(Vec3d origin, Vec3d direction, Power<C> w, double u, RandomStream& random) {
-    const float reference = w.largest();
+  void followRay(Vec3d origin, Vec3d direction, Power<C> w, RandomStream& random) {
     while (true) {
       std::optional<Occluder::Hit> hit;
       if (scenery_.surfaces) hit = scenery_.occluder.closest(origin, direction, kInfinity);
       const double column = cross(origin, direction, hit ? hit->distance / h_ : kInfinity, w);
       if (column > 0) {
-        collide(origin, direction, column, w, u, random);
+        collide(origin, direction, column, w, random);
         for (int c = 0; c < C; ++c) w.c[c] *= static_cast<float>(std::exp(-sigma_t_[c] * column));
       }
       if (!hit || !(w.largest() > 0)) return;
       const Scenery::SurfacePoint point = scenery_.pointOf(*hit, origin, direction);
-      if (!reflect(point, w, reference, random, origin, direction)) return;
-      u = random.uniform();
+      if (!reflect(point, w, kUnit, random, origin, direction)) return;
     }
   }
 
@@ -183,72 +215,85 @@ class Follower : public PathFollower {
     float transmittance[C], travelled = 0;
     for (float& t : transmittance) t = 1;
     double at = start;
-    walk_.walk(place, d, static_cast<float>(limit - start), travelled,
-               [&](size_t i, float rho, float& length) {
-                 stretches_.push_back({i, rho, at, column});
-                 const float inside = rho * length;
-                 for (int c = 0; c < C; ++c) {
-                   const float x = static_cast<float>(sigma_t_[c]) * inside;
-                   const float mean = meanTransmittance(x);
-                   direct_[i * C + c] += w.c[c] * transmittance[c] * mean * length;
-                   transmittance[c] = std::max(0.0f, transmittance[c] * (1 - x * mean));
-                 }
-                 column += inside;
-                 at += length;
-                 return column * thinnest_ < kEnd;
-               });
+    walk_.walk<kRecord>(records_, place, d, static_cast<float>(limit - start), travelled,
+                        [&](size_t i, float rho, float& length) {
+                          stretches_.push_back({static_cast<int32_t>(i / kBlockVoxels), rho, at, column});
+                          const float inside = rho * length;
+                          for (int c = 0; c < C; ++c) {
+                            const float x = static_cast<float>(sigma_t_[c]) * inside;
+                            const float mean = meanTransmittance(x);
+                            direct_[i * C + c] += w.c[c] * transmittance[c] * mean * length;
+                            transmittance[c] = std::max(0.0f, transmittance[c] * (1 - x * mean));
+                          }
+                          column += inside;
+                          at += length;
+                          return column * thinnest_ < kEnd;
+                        });
+    tally_.ray_voxels += stretches_.size();
     return column;
   }
 
-  /// The first collision of a ray that has crossed `column`, forced: it carries the power that collided.
-  void collide(const Vec3d& origin, const Vec3d& direction, double column, Power<C> w, double u,
+  /// First collisions of a ray that has crossed `column`, forced: together they carry, on the average, the
+  /// power that collided and scattered. Spread along the ray by its own attenuation.
+  void collide(const Vec3d& origin, const Vec3d& direction, double column, const Power<C>& w,
                RandomStream& random) {
-    double chance[C], sum = 0;  // of drawing by a channel: by what it lets collide and scatter
+    double chance[C], collided[C], sum = 0, largest = 0;  // of drawing by a channel: by what it scatters
     for (int c = 0; c < C; ++c) {
-      const double collided = -std::expm1(-sigma_t_[c] * column);
-      chance[c] = collided * w.c[c] * albedo_[c];
+      collided[c] = -std::expm1(-sigma_t_[c] * column);
+      chance[c] = collided[c] * w.c[c] * albedo_[c];
       sum += chance[c];
+      largest = std::max(largest, chance[c]);
     }
     if (!(sum > 0)) return;
-    int drawn = 0;
-    double below = 0;
-    if (kColoured) {
-      const double at = random.uniform() * sum;
-      while (drawn < C - 1 && at >= below + chance[drawn]) below += chance[drawn++];
-      while (chance[drawn] == 0) --drawn;
+    for (double& x : chance) x /= sum;
+    const double expected = std::min(largest / walker_power_, kMostWalkers);
+    const int walkers = static_cast<int>(expected + random.uniform());
+    const double shift = random.uniform();
+    for (int n = 0; n < walkers; ++n) {
+      int drawn = 0;
+      if (kColoured) {
+        double at = random.uniform();
+        while (drawn < C - 1 && at >= chance[drawn]) at -= chance[drawn++];
+        while (chance[drawn] == 0) --drawn;
+      }
+      const double x =
+          std::min(column, -std::log1p(-(n + shift) / walkers * collided[drawn]) / sigma_t_[drawn]);
+      Power<C> walker = w;
+      if (kColoured) {
+        double density = 0;
+        for (int c = 0; c < C; ++c)
+          if (chance[c] > 0) density += chance[c] * sigma_t_[c] * std::exp(-sigma_t_[c] * x) / collided[c];
+        if (!(density > 0)) continue;
+        for (int c = 0; c < C; ++c)
+          walker.c[c] *= static_cast<float>(sigma_s_[c] * std::exp(-sigma_t_[c] * x) / density);
+      } else {
+        for (int c = 0; c < C; ++c) walker.c[c] *= static_cast<float>(collided[c] * albedo_[c]);
+      }
+      walker.scale(static_cast<float>(1 / expected));
+      tally_.energy.scattered_in += walker.bright();
+      const Vec3f s = directionToGrid(direction);
+      RandomStream own(random.bits());
+      const Vec3f deflected_s = deflect(s, own);
+      send({placeOnRay(origin, s, x), deflected_s, walker, own});
     }
-    const double collided = -std::expm1(-sigma_t_[drawn] * column);
-    const double x = std::min(column, -std::log1p(-u * collided) / sigma_t_[drawn]);
-    if (kColoured) {
-      double density = 0;
-      for (int c = 0; c < C; ++c)
-        if (chance[c] > 0)
-          density +=
-              chance[c] / sum * sigma_t_[c] * std::exp(-sigma_t_[c] * x) / -std::expm1(-sigma_t_[c] * column);
-      if (!(density > 0)) return;
-      for (int c = 0; c < C; ++c)
-        w.c[c] *= static_cast<float>(sigma_s_[c] * std::exp(-sigma_t_[c] * x) / density);
-    } else {
-      for (int c = 0; c < C; ++c) w.c[c] *= static_cast<float>(collided * albedo_[c]);
-    }
-    tally_.energy.scattered_in += w.bright();
+  }
 
+  /// Where the ray whose stretches are noted has a column x behind it.
+  Place placeOnRay(const Vec3d& origin, const Vec3f& s, double x) const {
     auto stretch = std::upper_bound(stretches_.begin(), stretches_.end(), x,
                                     [](double value, const Stretch& s) { return value < s.before; });
     --stretch;  // the first begins at 0
     while (stretch->rho == 0 && stretch != stretches_.begin()) --stretch;
-    const Vec3f s = directionToGrid(direction), d = step(s);
     const double t = stretch->enter + (stretch->rho > 0 ? (x - stretch->before) / stretch->rho : 0.0);
-    const Vec3d at = cellOf(origin) + Vec3d(d) * t;
+    const Vec3d at = cellOf(origin) + Vec3d(step(s)) * t;
     Place place;
-    place.block = static_cast<int32_t>(stretch->voxel / kBlockVoxels);
-    const Coord local = voxelLocal(static_cast<int>(stretch->voxel % kBlockVoxels));
+    place.block = stretch->block;
     for (int a = 0; a < 3; ++a) {
-      place.voxel[a] = local[a];
-      place.x[a] = static_cast<float>(
-          std::clamp(at[a] - walk_.corner(place.block)[a], local[a] + 0.0, local[a] + 1.0));
+      place.x[a] =
+          static_cast<float>(std::clamp<double>(at[a] - walk_.corner(place.block)[a], 0, kBlockWidth));
+      place.voxel[a] = std::min(static_cast<int>(place.x[a]), kBlockWidth - 1);
     }
-    scattered(place, deflect(s, random), w, random);
+    return place;
   }
 
   Vec3f deflect(const Vec3f& s, RandomStream& random) const {
@@ -258,6 +303,7 @@ class Follower : public PathFollower {
 
   /// Light that has scattered, on its way from a place in the medium until it is absorbed or escapes.
   void scattered(Place place, Vec3f s, Power<C> w, RandomStream& random) {
+    ++tally_.walks;
     const float reference = w.largest();
     ReferenceEnergy& energy = tally_.energy;
     uint64_t collisions = 0;
@@ -319,9 +365,11 @@ class Follower : public PathFollower {
     }
     float left = random.exponential() / static_cast<float>(sigma_t_[drawn]), travelled = 0;
     double column = 0;  // coloured only
+    uint64_t voxels = 0;
     const float bright = flux_ ? static_cast<float>(w.bright()) : 0;
     const VoxelWalk::End end =
-        walk_.walk(place, d, limit, travelled, [&](size_t i, float rho, float& length) {
+        walk_.walk<kRecord>(records_, place, d, limit, travelled, [&](size_t i, float rho, float& length) {
+          ++voxels;
           const float inside = rho * length;
           const bool goes_on = inside < left;
           if (kColoured) {  // all of the voxel is tallied, given that the path came so far
@@ -332,7 +380,7 @@ class Follower : public PathFollower {
               const float deposit =
                   static_cast<float>(w.c[c] * reached[c] / all *
                                      meanTransmittance(static_cast<float>(sigma_t_[c] * inside)) * length);
-              diffuse_[i * C + c] += deposit;
+              records_[i * kRecord + 1 + c] += deposit;
               lum[c] = deposit;
             }
             if (flux_) addFlux(i, s, static_cast<float>(luminance(Vec3d(lum))));
@@ -340,12 +388,13 @@ class Follower : public PathFollower {
           }
           if (!goes_on) length = std::min(length, left / rho);
           if (!kColoured) {
-            for (int c = 0; c < C; ++c) diffuse_[i * C + c] += w.c[c] * length;
+            for (int c = 0; c < C; ++c) records_[i * kRecord + 1 + c] += w.c[c] * length;
             if (flux_) addFlux(i, s, bright * length);
           }
           left -= inside;
           return goes_on;
         });
+    tally_.walk_voxels += voxels;
     const bool collided = end == VoxelWalk::End::kStopped;
     if (kColoured) {
       double reached[C];
@@ -378,12 +427,12 @@ class Follower : public PathFollower {
 }  // namespace
 
 std::unique_ptr<PathFollower> makeFollower(const Scenery& scenery, const VoxelWalk& walk, int channels,
-                                           BatchTally& tally) {
-  if (channels == 1) return std::make_unique<Follower<1, false>>(scenery, walk, tally);
+                                           double walker_power, BatchTally& tally) {
+  if (channels == 1) return std::make_unique<Follower<1, false>>(scenery, walk, walker_power, tally);
   const Vec3d sigma_t = scenery.medium.optics.sigmaT();
   if (sigma_t[0] == sigma_t[1] && sigma_t[0] == sigma_t[2])
-    return std::make_unique<Follower<3, false>>(scenery, walk, tally);
-  return std::make_unique<Follower<3, true>>(scenery, walk, tally);
+    return std::make_unique<Follower<3, false>>(scenery, walk, walker_power, tally);
+  return std::make_unique<Follower<3, true>>(scenery, walk, walker_power, tally);
 }
 
 }  // namespace vdb_diffuse

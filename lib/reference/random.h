@@ -13,10 +13,12 @@ using openvdb::Vec3f;
 /// seed and the path's number, so that a path's numbers do not depend on who computes it, or when.
 class RandomStream {
  public:
-  RandomStream(uint64_t seed, uint64_t batch, uint64_t path) {
-    uint64_t x = mixed(seed + 0x9E3779B97F4A7C15ull);
-    x = mixed(x ^ (batch + 0xD1B54A32D192ED03ull));
-    x = mixed(x ^ (path + 0x8CB92BA72F3D8DD7ull));
+  RandomStream(uint64_t seed, uint64_t batch, uint64_t path)
+      : RandomStream(mixed(mixed(seed + 0x9E3779B97F4A7C15ull) ^ (batch + 0xD1B54A32D192ED03ull)) ^
+                     (path + 0x8CB92BA72F3D8DD7ull)) {}
+  /// A stream of its own, from a number of another's.
+  explicit RandomStream(uint64_t bits) {
+    const uint64_t x = mixed(bits);
     a_ = mixed(x + 0x9E3779B97F4A7C15ull);
     b_ = mixed(x + 2 * 0x9E3779B97F4A7C15ull) | 1;  // never both zero
   }

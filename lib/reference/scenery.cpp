@@ -9,7 +9,7 @@ namespace {
 
 // Embree keeps positions as floats: a ray that leaves a surface starts this much of all surfaces' extent
 // above it, some units in the last place, and at least this much of a voxel.
-constexpr double kOffExtent = 1e-6, kOffVoxel = 1e-4;
+constexpr double kOffExtent = 2e-7, kOffVoxel = 1e-4;
 
 }  // namespace
 
@@ -80,19 +80,18 @@ Vec3d VolumeBox::surfacePoint(double u, double v, Vec3d& inward) const {
 }
 
 Vec3d Cone::direction(double u, double v) const {
-  const double sine_square_half = 0.5 * (1 - cos_limit) * u, c = 1 - 2 * sine_square_half;
-  const double s = 2 * std::sqrt(sine_square_half * (1 - sine_square_half)), phi = 2 * M_PI * v;
+  const double below = cap * u, s = std::sqrt(below * (2 - below)), phi = 2 * M_PI * v;
   Vec3d x, y;
   frameAbout(axis, x, y);
-  return axis * c + x * (s * std::cos(phi)) + y * (s * std::sin(phi));
+  return axis * (1 - below) + x * (s * std::cos(phi)) + y * (s * std::sin(phi));
 }
 
 Cone coneAround(const Vec3d& p, const Vec3d& centre, double radius) {
   const Vec3d d = centre - p;
   const double distance = d.length();
   if (distance <= radius) return {};
-  const double s = radius / distance;
-  return {d / distance, std::sqrt((1 - s) * (1 + s))};
+  const double s = radius / distance, c = std::sqrt((1 - s) * (1 + s));
+  return {d / distance, c, s * s / (1 + c)};
 }
 
 Vec3d cosineDirection(const Vec3d& normal, double u, double v) {

@@ -39,8 +39,13 @@ class VolumeBox {
 struct Cone {
   Vec3d axis{0, 0, 1};
   double cos_limit = -1;
+  double cap = 2;  ///< 1 - cos_limit, with all its digits for a narrow cone
 
-  double solidAngle() const { return 2 * M_PI * (1 - cos_limit); }
+  static Cone of(const Vec3d& axis, double half_angle) {
+    const double s = std::sin(0.5 * half_angle);
+    return {axis, std::cos(half_angle), 2 * s * s};
+  }
+  double solidAngle() const { return 2 * M_PI * cap; }
   bool contains(const Vec3d& d) const { return axis.dot(d) >= cos_limit; }
   Vec3d direction(double u, double v) const;
 };

@@ -19,6 +19,7 @@ class LampIntoBox : public Source {
  public:
   LampIntoBox(std::shared_ptr<const Lamp> lamp, const Scenery& scenery) : lamp_(lamp), scenery_(scenery) {}
 
+  int dimensions() const override { return lamp_->dimensions(); }
   PathStart start(const double u[4], RandomStream& random) const override {
     const Lamp::Ray ray = lamp_->aimed(u, random);
     PathStart start;
@@ -41,6 +42,7 @@ class LampOntoSurfaces : public Source {
                    const Scenery& scenery)
       : lamp_(lamp), surfaces_(surfaces), scenery_(scenery) {}
 
+  int dimensions() const override { return 4; }
   PathStart start(const double u[4], RandomStream& random) const override {
     const LitSurfaces::Draw draw = surfaces_->draw(u[0], u[1]);
     const Lamp::Arrival light = lamp_->at(draw.position, u + 2, random);
@@ -85,6 +87,7 @@ class Glow : public Source {
       }
   }
   bool dark() const { return voxels_.empty(); }
+  int dimensions() const override { return 2; }
 
   PathStart start(const double u[4], RandomStream&) const override {
     PathStart start;
@@ -125,13 +128,13 @@ std::vector<std::unique_ptr<Source>> sourcesOf(const Scenery& scenery) {
     for (int n = 0; n < kTrial; ++n) {
       RandomStream random(0, 0, n);
       const double u[4] = {random.uniform(), random.uniform(), random.uniform(), random.uniform()};
-      source->share += source->worth(source->start(u, random)) / kTrial;
+      source->worth_of_all += source->worth(source->start(u, random)) / kTrial;
     }
-    total += source->share;
+    total += source->worth_of_all;
   }
   double sum = 0;
   for (const auto& source : sources) {
-    source->share = std::max(total > 0 ? source->share / total : 1, kLeastShare);
+    source->share = std::max(total > 0 ? source->worth_of_all / total : 1, kLeastShare);
     sum += source->share;
   }
   for (const auto& source : sources) source->share /= sum;

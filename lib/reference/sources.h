@@ -27,12 +27,15 @@ struct PathStart {
 class Source {
  public:
   virtual ~Source() = default;
-  /// \param u  four numbers in 0..1, evenly spread over many draws
+  /// How many of its numbers matter most: 2 or 4, to be spread evenly together.
+  virtual int dimensions() const = 0;
+  /// \param u  four numbers in 0..1, of which the first `dimensions` are spread evenly over many draws
   virtual PathStart start(const double u[4], RandomStream& random) const = 0;
   /// How much of a start's power is expected to reach the medium.
   virtual double worth(const PathStart& start) const;
 
-  double share = 0;  ///< of all paths
+  double worth_of_all = 0;  ///< W, by a trial
+  double share = 0;         ///< of all paths
 };
 
 /// Every source of a scene, with shares by a trial of what they are worth. Empty where nothing shines.

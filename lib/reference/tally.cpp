@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "reference/voxel_walk.h"
+
 namespace vdb_diffuse {
 namespace {
 
@@ -24,15 +26,12 @@ void addScaled(ReferenceEnergy& sum, const ReferenceEnergy& e, double factor) {
   sum.lost += e.lost * factor;
 }
 
-}  // namespace
-
-void BatchTally::clear() {
-  std::fill(diffuse.begin(), diffuse.end(), 0.0f);
-  std::fill(direct.begin(), direct.end(), 0.0f);
-  std::fill(flux.begin(), flux.end(), 0.0f);
-  energy = {};
-  scatterings = given_up = 0;
+size_t recordOf(size_t block, size_t voxel) {
+  const Coord local = voxelLocal(static_cast<int>(voxel));
+  return block * kBlockVoxels + recordOffset(local[0], local[1], local[2]);
 }
+
+}  // namespace
 
 Tally::Tally(const Medium& medium, int channels, bool flux) : medium_(medium), channels_(channels) {
   const size_t voxels = medium.topology().blockCount() * kBlockVoxels;
@@ -42,16 +41,30 @@ Tally::Tally(const Medium& medium, int channels, bool flux) : medium_(medium), c
   if (flux) flux_.resize(voxels * 3);
 }
 
-std::unique_ptr<BatchTally> Tally::emptyBatch() const {
+std::unique_ptr<BatchTally> Tally::newBatch() const {
+  const size_t voxels = medium_.topology().blockCount() * kBlockVoxels;
   auto batch = std::make_unique<BatchTally>();
-  batch->diffuse.resize(diffuse_.size());
-  batch->direct.resize(direct_.size());
+  batch->records.resize(voxels * (1 + channels_));
+  batch->direct.resize(voxels * channels_);
   batch->flux.resize(flux_.size());
+  for (size_t b = 0; b < medium_.topology().blockCount(); ++b)
+    for (int n = 0; n < kBlockVoxels; ++n)
+      batch->records[recordOf(b, n) * (1 + channels_)] = medium_.density.values.block(b)[n];
   return batch;
 }
 
+void Tally::clear(BatchTally& batch) const {
+  const size_t stride = 1 + channels_;
+  for (size_t first = 0; first < batch.records.size(); first += stride)
+    std::fill_n(batch.records.begin() + first + 1, channels_, 0.0f);
+  std::fill(batch.direct.begin(), batch.direct.end(), 0.0f);
+  std::fill(batch.flux.begin(), batch.flux.end(), 0.0f);
+  batch.energy = {};
+  batch.scatterings = batch.given_up = batch.ray_voxels = batch.walk_voxels = batch.walks = 0;
+}
+
 double Tally::bytesPerBatch(const Topology& topology, int channels, bool flux) {
-  return sizeof(float) * (2.0 * channels + (flux ? 3 : 0)) * kBlockVoxels * topology.blockCount();
+  return sizeof(float) * (1 + 2.0 * channels + (flux ? 3 : 0)) * kBlockVoxels * topology.blockCount();
 }
 
 double Tally::bytesOfSums(const Topology& topology, int channels, bool flux) {
@@ -74,20 +87,20 @@ void Tally::add(const BatchTally& batch, uint64_t n) {
   tbb::this_task_arena::isolate([&] {
     spread = sumOverBlocks<Spread>(topology.blockCount(), [&](size_t b) {
       Spread sum;
-      const size_t first = b * kBlockVoxels;
       for (auto it = topology.active(b).beginOn(); it; ++it) {
-        const size_t voxel = first + it.pos();
-        for (size_t i = voxel * channels_; i < (voxel + 1) * channels_; ++i) {
-          const double x = batch.diffuse[i];
+        const size_t voxel = b * kBlockVoxels + it.pos(), record = recordOf(b, it.pos());
+        for (int c = 0; c < channels_; ++c) {
+          const size_t i = voxel * channels_ + c;
+          const double x = batch.records[record * (1 + channels_) + 1 + c];
           diffuse_[i] += x;
           square_[i] += x * x * inverse;
-          direct_[i] += batch.direct[i];
+          direct_[i] += batch.direct[record * channels_ + c];
           const double mean = diffuse_[i] / paths;
           sum.variance += std::max(0.0, square_[i] - diffuse_[i] * mean) * to_variance;
           sum.square += mean * mean;
         }
         if (flux_.empty()) continue;
-        for (size_t i = voxel * 3; i < (voxel + 1) * 3; ++i) flux_[i] += batch.flux[i];
+        for (int a = 0; a < 3; ++a) flux_[voxel * 3 + a] += batch.flux[record * 3 + a];
       }
       return sum;
     });

@@ -6,16 +6,16 @@
 
 namespace vdb_diffuse {
 
-/// What one batch of paths leaves in the voxels: power times length in units of h, voxel after voxel, the
-/// channels of a voxel together. Floats do: a batch is small enough for its sums to stay far from 2^24 times
-/// their terms.
+/// What one batch of paths leaves in the voxels: power times length in units of h. A voxel's record holds the
+/// density and, for each channel, the light that has scattered; records stand as recordOffset() says. Floats
+/// do: a batch is small enough for its sums to stay far from 2^24 times their terms.
 struct BatchTally {
-  std::vector<float> diffuse, direct;
-  std::vector<float> flux;  ///< three per voxel, along the grid's axes; empty unless wanted
-  ReferenceEnergy energy;   ///< in units of power of the paths
+  std::vector<float> records;
+  std::vector<float> direct;  ///< channels of a voxel together, in the same order
+  std::vector<float> flux;    ///< likewise three numbers, along the grid's axes; empty unless wanted
+  ReferenceEnergy energy;     ///< in units of power of the paths
   uint64_t scatterings = 0, given_up = 0;
-
-  void clear();
+  uint64_t ray_voxels = 0, walk_voxels = 0, walks = 0;  ///< the work that it took
 };
 
 /// Sums over batches. A batch of n paths gives each voxel an estimate m; batches may differ in size, and with
@@ -32,7 +32,9 @@ class Tally {
 
   int channels() const { return channels_; }
   bool wantsFlux() const { return !flux_.empty(); }
-  std::unique_ptr<BatchTally> emptyBatch() const;
+  std::unique_ptr<BatchTally> newBatch() const;
+  /// As new, for another batch.
+  void clear(BatchTally& batch) const;
   static double bytesPerBatch(const Topology& topology, int channels, bool flux);
   static double bytesOfSums(const Topology& topology, int channels, bool flux);
 

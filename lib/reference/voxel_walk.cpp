@@ -5,7 +5,7 @@
 
 namespace vdb_diffuse {
 
-VoxelWalk::VoxelWalk(const Volume& density) : topology_(*density.topology), rho_(density.values.data()) {
+VoxelWalk::VoxelWalk(const Topology& topology) : topology_(topology) {
   for (size_t b = 0; b < topology_.blockCount(); ++b) corners_.push_back(topology_.origin(b).asVec3d());
   for (int a = 0; a < 3; ++a) {
     lowest_[a] = topology_.lowest()[a] >> 3;

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "grid/volume.h"
@@ -20,14 +21,24 @@ struct Place {
   Vec3f x{0, 0, 0};
 };
 
+/// Within a block of records, voxels stand in Morton order, so that the eight of a 2 x 2 x 2 cube are
+/// neighbours in memory: a ray that comes from any side finds what it needs next more often at hand. This is
+/// one axis' share of a voxel's number there.
+constexpr int kOrderOf[3][kBlockWidth] = {
+    {0, 4, 32, 36, 256, 260, 288, 292}, {0, 2, 16, 18, 128, 130, 144, 146}, {0, 1, 8, 9, 64, 65, 72, 73}};
+inline int recordOffset(int x, int y, int z) {
+  return kOrderOf[0][x] + kOrderOf[1][y] + kOrderOf[2][z];
+}
+
 /// Walks through the voxels of a density, block by block. Within a block the position counts from the
 /// block's corner, so that float is enough however large the volume is, and the next block is a look at a
 /// table; only where there is none are blocks searched for, in double. After Amanatides and Woo (1987).
 ///
-/// Lengths are in units of the mean voxel size h; directions are voxels per h.
+/// The walk reads densities from records, one for each voxel, that begin with it; what follows there is the
+/// caller's. Lengths are in units of the mean voxel size h; directions are voxels per h.
 class VoxelWalk {
  public:
-  explicit VoxelWalk(const Volume& density);
+  explicit VoxelWalk(const Topology& topology);
 
   enum class End { kStopped, kLimit, kLeft };
 
@@ -35,19 +46,20 @@ class VoxelWalk {
   /// covering i .. i+1. False where there is none; else t is where the ray enters.
   bool enter(const Vec3d& c, const Vec3d& d, double limit, double& t, Place& place) const;
 
-  /// Visits voxel after voxel from `place` on: visit(index, rho, length) -> bool, where `index` counts voxels
-  /// of all blocks, and `length` may be shortened by a visit that returns false to stop there. Ends as well
-  /// after `limit`, or where there are no more blocks. `place` and `travelled` follow, except that nothing
-  /// is said of the place after kLeft.
-  template <typename Visit>
-  End walk(Place& place, const Vec3f& d, float limit, float& travelled, const Visit& visit) const;
+  /// Visits voxel after voxel from `place` on: visit(record, rho, length) -> bool, where `record` counts the
+  /// voxels of all blocks, and `length` may be shortened by a visit that returns false to stop there. Ends as
+  /// well after `limit`, or where there are no more blocks. `place` and `travelled` follow, except that
+  /// nothing is said of the place after kLeft.
+  /// \param records   of `kRecord` floats each, the density first
+  template <int kRecord, typename Visit>
+  End walk(const float* records, Place& place, const Vec3f& d, float limit, float& travelled,
+           const Visit& visit) const;
 
   /// Corner of a block in voxels, as c counts them.
   Vec3d corner(int32_t block) const { return corners_[block]; }
 
  private:
   const Topology& topology_;
-  const float* rho_;
   std::vector<Vec3d> corners_;
   Coord lowest_, highest_;  // blocks
 
@@ -55,10 +67,9 @@ class VoxelWalk {
   bool crossGap(Place& place, const Vec3f& d, const Coord& next, float limit, float& travelled) const;
 };
 
-template <typename Visit>
-VoxelWalk::End VoxelWalk::walk(Place& place, const Vec3f& d, float limit, float& travelled,
-                               const Visit& visit) const {
-  static constexpr int kStride[3] = {64, 8, 1};
+template <int kRecord, typename Visit>
+VoxelWalk::End VoxelWalk::walk(const float* records, Place& place, const Vec3f& d, float limit,
+                               float& travelled, const Visit& visit) const {
   float inverse[3], step[3];
   int sign[3];
   for (int a = 0; a < 3; ++a) {
@@ -68,13 +79,12 @@ VoxelWalk::End VoxelWalk::walk(Place& place, const Vec3f& d, float limit, float&
   }
   travelled = 0;
   while (true) {  // one block
-    const float* rho = rho_ + static_cast<size_t>(place.block) * kBlockVoxels;
     const size_t first = static_cast<size_t>(place.block) * kBlockVoxels;
     int voxel[3] = {place.voxel[0], place.voxel[1], place.voxel[2]};
     float next[3];
     for (int a = 0; a < 3; ++a)
       next[a] = (static_cast<float>(voxel[a] + (d[a] > 0)) - place.x[a]) * inverse[a];
-    int n = voxelOffset(voxel[0], voxel[1], voxel[2]), axis;
+    int axis;
     const float limit_here = limit - travelled;
     float t = 0;
     const auto moveTo = [&](float t_end) {
@@ -86,10 +96,11 @@ VoxelWalk::End VoxelWalk::walk(Place& place, const Vec3f& d, float limit, float&
       }
     };
     while (true) {  // one voxel
+      const size_t record = first + recordOffset(voxel[0], voxel[1], voxel[2]);
       axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
       const float t_exit = std::min(std::max(next[axis], t), limit_here);
       float length = t_exit - t;
-      if (!visit(first + n, rho[n], length)) {
+      if (!visit(record, records[record * kRecord], length)) {
         moveTo(t + length);
         return End::kStopped;
       }
@@ -101,7 +112,6 @@ VoxelWalk::End VoxelWalk::walk(Place& place, const Vec3f& d, float limit, float&
       }
       next[axis] += step[axis];
       voxel[axis] += sign[axis];
-      n += sign[axis] * kStride[axis];
       if (static_cast<unsigned>(voxel[axis]) >= static_cast<unsigned>(kBlockWidth)) break;
     }
     moveTo(t);
