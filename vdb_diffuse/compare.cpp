@@ -1,5 +1,8 @@
+#include <openvdb/Grid.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -16,7 +19,8 @@ constexpr char kDefinitions[] =
     "(1 "
     "without --weight) and mean|B| = sum w|B| / sum w:\n"
     "  rel_rms      sqrt(sum w d^2 / sum w B^2), B's noise taken off in quadrature\n"
-    "  noise        sqrt(sum w se^2 / sum w B^2), where B's file has a grid called as B's with _se; else 0\n"
+    "  noise        sqrt(sum w se^2 / sum w B^2), where B's file has a grid called as B's with _se; else 0;\n"
+    "               with --block as much larger as `reference` has found neighbours to err together\n"
     "  bias         sum w d / sum w|B|\n"
     "  p50 p95 p99  what |d| / mean|B| does not exceed in that share of the weight\n"
     "  max, max_at  largest |d| / mean|B|, and its voxel (index coordinates; with --block the cell's "
@@ -48,6 +52,22 @@ Place parsePlace(const std::string& text, const std::string& default_grid) {
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
+/// By how much the errors of cells of `width` voxels exceed those of independent voxels: what `reference` has
+/// measured for 2, 4 and 8, on a straight line between and beyond in logarithms; 1 where the grid does not
+/// tell. At most as if all voxels of a cell erred as one.
+double correlationOf(const openvdb::GridBase& standard_error, int width) {
+  const double x = std::log2(width);
+  double known[4] = {0, 0, 0, 0};  // logarithms for 1, 2, 4, 8
+  for (int n = 1; n < 4; ++n) {
+    const auto value =
+        standard_error.getMetadata<openvdb::DoubleMetadata>("correlation_" + std::to_string(1 << n));
+    if (!value || !(value->value() > 0)) return 1;
+    known[n] = std::log2(value->value());
+  }
+  const int from = std::clamp(static_cast<int>(x), 0, 2);
+  return std::exp2(std::min(known[from] + (x - from) * (known[from + 1] - known[from]), 1.5 * x));
+}
+
 void print(const Norms& norms, bool limited, bool within) {
   const auto percent = [](double v) {
     char text[40];
@@ -70,7 +90,12 @@ ExitStatus runCompare(const CompareFlags& flags) {
   const GridValues a = file_a.readValues(place_a.grid), b = file_b.readValues(place_b.grid);
   GridValues standard_error, weight;
   const bool noisy = file_b.has(place_b.grid + "_se");
-  if (noisy) standard_error = file_b.readValues(place_b.grid + "_se");
+  if (noisy) {
+    standard_error = file_b.readValues(place_b.grid + "_se");
+    const double factor = correlationOf(*file_b.readGrid(place_b.grid + "_se"), flags.block);
+    for (Field<float>& channel : standard_error.channels)
+      for (size_t i = 0; i < channel.size(); ++i) channel[i] *= static_cast<float>(factor);
+  }
   if (!flags.weight.empty()) {
     const Place place = parsePlace(flags.weight, "");
     const VdbFile file(place.path);

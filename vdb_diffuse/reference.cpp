@@ -74,6 +74,8 @@ void writeReferenceStats(const ReferenceFlags& flags, const Medium& medium, cons
       {"scatterings", result.scatterings},
       {"batches", result.batches},
       {"noise", result.noise},
+      {"correlation",
+       {{"2", result.correlation[0]}, {"4", result.correlation[1]}, {"8", result.correlation[2]}}},
       {"seed", flags.seed},
       {"energy",
        {{"scattered_in", energy.scattered_in},
@@ -114,6 +116,8 @@ void run(const ReferenceFlags& flags) {
   metadata["method"] = std::string("reference");
   metadata["samples"] = static_cast<double>(result.samples);
   metadata["noise"] = result.noise;
+  for (int n = 0; n < 3; ++n)  // which `compare --block` takes into account
+    metadata["correlation_" + std::to_string(2 << n)] = result.correlation[n];
   metadata["seed"] = std::to_string(flags.seed);
   const WriteReport written = flags.write(file, medium, outputGrids(flags, metadata, result));
   result.warnings.insert(result.warnings.end(), written.warnings.begin(), written.warnings.end());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -51,6 +52,9 @@ struct ReferenceResult {
   VectorField flux;     ///< int I_d s dw in world axes, W/m2, luminance where coloured; only if wanted
   uint64_t samples = 0, scatterings = 0, batches = 0;
   double noise = 0;  ///< sqrt(sum diffuse_se^2 / sum diffuse^2) over active voxels and channels
+  /// Noise of the means of 2^3, 4^3 and 8^3 voxels over what it were if voxels erred independently of each
+  /// other, >= 1 or about: a path crosses many voxels.
+  std::array<double, 3> correlation{1, 1, 1};
   double seconds = 0;
   ReferenceEnergy energy;
   std::vector<std::string> warnings;

@@ -2,6 +2,7 @@
 
 #include <tbb/task_arena.h>
 
+#include <array>
 #include <cmath>
 
 #include "reference/voxel_walk.h"
@@ -26,6 +27,13 @@ void addScaled(ReferenceEnergy& sum, const ReferenceEnergy& e, double factor) {
   sum.lost += e.lost * factor;
 }
 
+/// The cells of a block that a voxel lies in: 64 of 2^3 voxels, 8 of 4^3 and the block.
+std::array<int, 3> cellsOf(size_t voxel) {
+  const Coord p = voxelLocal(static_cast<int>(voxel));
+  return {(p[0] >> 1) << 4 | (p[1] >> 1) << 2 | p[2] >> 1,
+          64 + ((p[0] >> 2) << 2 | (p[1] >> 2) << 1 | p[2] >> 2), 72};
+}
+
 size_t recordOf(size_t block, size_t voxel) {
   const Coord local = voxelLocal(static_cast<int>(voxel));
   return block * kBlockVoxels + recordOffset(local[0], local[1], local[2]);
@@ -39,6 +47,8 @@ Tally::Tally(const Medium& medium, int channels, bool flux) : medium_(medium), c
   square_.resize(voxels * channels);
   direct_.resize(voxels * channels);
   if (flux) flux_.resize(voxels * 3);
+  cells_.resize(medium.topology().blockCount() * kCells * channels);
+  cell_squares_.resize(cells_.size());
 }
 
 std::unique_ptr<BatchTally> Tally::newBatch() const {
@@ -69,8 +79,9 @@ double Tally::bytesPerBatch(const Topology& topology, int channels, bool flux) {
 
 double Tally::bytesOfSums(const Topology& topology, int channels, bool flux) {
   // and as floats the result: three kinds of channels, the flux
-  return (sizeof(double) + sizeof(float)) * (3.0 * channels + (flux ? 3 : 0)) * kBlockVoxels *
-         topology.blockCount();
+  return 2 * sizeof(double) * static_cast<double>(kCells) * channels * topology.blockCount() +
+         (sizeof(double) + sizeof(float)) * (3.0 * channels + (flux ? 3 : 0)) * kBlockVoxels *
+             topology.blockCount();
 }
 
 void Tally::add(const BatchTally& batch, uint64_t n) {
@@ -87,11 +98,14 @@ void Tally::add(const BatchTally& batch, uint64_t n) {
   tbb::this_task_arena::isolate([&] {
     spread = sumOverBlocks<Spread>(topology.blockCount(), [&](size_t b) {
       Spread sum;
+      double cell[3 * kCells] = {};
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const size_t voxel = b * kBlockVoxels + it.pos(), record = recordOf(b, it.pos());
+        const std::array<int, 3> in = cellsOf(it.pos());
         for (int c = 0; c < channels_; ++c) {
           const size_t i = voxel * channels_ + c;
           const double x = batch.records[record * (1 + channels_) + 1 + c];
+          for (const int n : in) cell[n * channels_ + c] += x;
           diffuse_[i] += x;
           square_[i] += x * x * inverse;
           direct_[i] += batch.direct[record * channels_ + c];
@@ -102,10 +116,44 @@ void Tally::add(const BatchTally& batch, uint64_t n) {
         if (flux_.empty()) continue;
         for (int a = 0; a < 3; ++a) flux_[voxel * 3 + a] += batch.flux[record * 3 + a];
       }
+      for (int n = 0; n < kCells * channels_; ++n) {
+        cells_[b * kCells * channels_ + n] += cell[n];
+        cell_squares_[b * kCells * channels_ + n] += cell[n] * cell[n] * inverse;
+      }
       return sum;
     });
   });
   noise_ = spread.square > 0 ? std::sqrt(spread.variance / spread.square) : 0;
+}
+
+/// A cell of k voxels weighs k, as `compare --block` does: k times the variance of its mean is its sum's
+/// variance over k, which were the sum of the voxels' if they were independent.
+void Tally::findCorrelation(ReferenceResult& result) const {
+  if (batches_ < 2) return;
+  const Topology& topology = medium_.topology();
+  const double paths = static_cast<double>(paths_);
+  double together[3] = {}, alone[3] = {};
+  for (size_t b = 0; b < topology.blockCount(); ++b) {
+    int voxels[kCells] = {};
+    double variance[3 * kCells] = {};  // of independent voxels
+    for (auto it = topology.active(b).beginOn(); it; ++it)
+      for (const int n : cellsOf(it.pos())) {
+        ++voxels[n];
+        for (int c = 0; c < channels_; ++c) {
+          const size_t i = (b * kBlockVoxels + it.pos()) * channels_ + c;
+          variance[n * channels_ + c] += std::max(0.0, square_[i] - diffuse_[i] * diffuse_[i] / paths);
+        }
+      }
+    for (int n = 0; n < kCells * channels_; ++n) {
+      const int k = voxels[n / channels_], width = n / channels_ < 64 ? 0 : n / channels_ < 72 ? 1 : 2;
+      if (k == 0) continue;
+      const size_t i = b * kCells * channels_ + n;
+      together[width] += std::max(0.0, cell_squares_[i] - cells_[i] * cells_[i] / paths) / k;
+      alone[width] += variance[n] / k;
+    }
+  }
+  for (int w = 0; w < 3; ++w)
+    if (alone[w] > 0) result.correlation[w] = std::sqrt(together[w] / alone[w]);
 }
 
 void Tally::finish(double unit, ReferenceResult& result) {
@@ -115,6 +163,7 @@ void Tally::finish(double unit, ReferenceResult& result) {
   result.batches = batches_;
   result.scatterings = scatterings_;
   result.noise = noise_;
+  findCorrelation(result);
   const double paths = std::max<double>(1, static_cast<double>(paths_));
   result.energy = {};
   addScaled(result.energy, energy_, unit / paths);
@@ -148,7 +197,7 @@ void Tally::finish(double unit, ReferenceResult& result) {
     result.warnings.push_back(std::to_string(given_up_) + " paths were given up after " +
                               std::to_string(kMostScatterings) + " scatterings; " +
                               std::to_string(result.energy.lost) + " W went with them");
-  diffuse_ = square_ = direct_ = flux_ = {};
+  diffuse_ = square_ = direct_ = flux_ = cells_ = cell_squares_ = {};
 }
 
 }  // namespace vdb_diffuse

@@ -25,7 +25,8 @@ struct BatchTally {
 ///     s^2      sum n (m - mean)^2 / (K - 1)            as E sum n (m - mean)^2 = (K - 1) s^2
 ///     se^2     s^2 / N
 ///
-/// which takes sum n m and sum n m^2 only.
+/// which takes sum n m and sum n m^2 only. A path crosses many voxels, so neighbours' errors go together; the
+/// same two sums are kept for cells of 2^3, 4^3 and 8^3 voxels, to tell by how much.
 class Tally {
  public:
   Tally(const Medium& medium, int channels, bool flux);
@@ -53,9 +54,13 @@ class Tally {
   const Medium& medium_;
   int channels_;
   std::vector<double> diffuse_, square_, direct_, flux_;
+  std::vector<double> cells_, cell_squares_;  // kCells for each block and channel, the small ones first
+  static constexpr int kCells = 64 + 8 + 1;
   ReferenceEnergy energy_;
   uint64_t paths_ = 0, batches_ = 0, scatterings_ = 0, given_up_ = 0;
   double noise_ = 0;
+
+  void findCorrelation(ReferenceResult& result) const;
 };
 
 }  // namespace vdb_diffuse

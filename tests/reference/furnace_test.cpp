@@ -30,7 +30,7 @@ Repeated relativeMeans(const Furnace& f) {
   }
   Repeated means;
   for (uint64_t seed = 1; seed <= 8; ++seed) {
-    const ReferenceResult result = reference(medium, scene, paths(2e4, seed));
+    const ReferenceResult result = reference(medium, scene, paths(1e4, seed));
     EXPECT_LT(std::abs(result.energy.closure()), 1e-9);
     double sum = 0;
     for (size_t c = 0; c < result.diffuse.size(); ++c)
@@ -49,7 +49,7 @@ TEST(ReferenceFurnace, RadianceIsThatOfTheSky) {
     expectMean(means, 1,
                "sigma " + std::to_string(f.sigma) + " albedo " + std::to_string(f.albedo) + " g " +
                    std::to_string(f.g));
-    EXPECT_LT(means.error(), 0.003);
+    EXPECT_LT(means.error(), 0.005);
   }
 }
 

@@ -70,6 +70,38 @@ TEST(ReferenceStatistics, StandardErrorIsHonest) {
   EXPECT_NEAR(ratio, 1, 0.1);  // neighbours are correlated: some tens of independent voxels, 23 degrees each
 }
 
+// A path crosses many voxels, so that their errors go together: how much, is measured, and independent runs
+// confirm it for the means of 4^3 voxels.
+TEST(ReferenceStatistics, CorrelationOfNeighboursIsMeasured) {
+  Medium medium = boxMedium(Coord(16), Transform::uniform(0.3), [](Coord p) { return lumpyDensity(p); });
+  setOptics(medium, 2, 1);
+  constexpr int kRuns = 24;
+  std::vector<double> sum(64), square(64), independent(64);
+  std::vector<int> count(64);
+  double claimed = 0;
+  for (uint64_t seed = 1; seed <= kRuns; ++seed) {
+    const ReferenceResult result = reference(medium, sunAndSky(), paths(6400, seed));
+    claimed += result.correlation[1] / kRuns;
+    EXPECT_GT(result.correlation[2], result.correlation[1]);
+    EXPECT_GT(result.correlation[1], result.correlation[0]);
+    EXPECT_GT(result.correlation[0], 1);
+    std::vector<double> cell(64);
+    forEachVoxel(medium.topology(), [&](Coord p, size_t i) {
+      const int n = (p[0] / 4) * 16 + (p[1] / 4) * 4 + p[2] / 4;
+      cell[n] += result.diffuse[0][i];
+      count[n] += seed == 1;
+      independent[n] += std::pow(static_cast<double>(result.diffuse_se[0][i]), 2) / kRuns;
+    });
+    for (int n = 0; n < 64; ++n) sum[n] += cell[n], square[n] += cell[n] * cell[n];
+  }
+  double together = 0, alone = 0;
+  for (int n = 0; n < 64; ++n) {
+    together += (square[n] - sum[n] * sum[n] / kRuns) / (kRuns - 1) / count[n];
+    alone += independent[n] / count[n];
+  }
+  EXPECT_NEAR(claimed / std::sqrt(together / alone), 1, 0.1);
+}
+
 TEST(ReferenceStatistics, StopsAtTheNoiseAskedFor) {
   const Medium medium = lumpy();
   ReferenceSettings settings;
@@ -116,12 +148,12 @@ TEST(ReferenceStatistics, ColourIsThreeGreys) {
   medium.optics.sigma_a = sigma_a;
   setEmission(medium, [](Coord p) { return 0.1 * p[0]; });
   Scene scene = sunScene(Vec3d(1, -2, -3), light);
-  const ReferenceResult colour = reference(medium, scene, paths(3e5));
+  const ReferenceResult colour = reference(medium, scene, paths(1.5e5));
   ASSERT_EQ(colour.diffuse.size(), 3u);
   for (int c = 0; c < 3; ++c) {
     medium.optics.sigma_s = Vec3d(sigma_s[c]);
     medium.optics.sigma_a = Vec3d(sigma_a[c]);
-    const ReferenceResult grey = reference(medium, sunScene(Vec3d(1, -2, -3), Vec3d(light[c])), paths(3e5));
+    const ReferenceResult grey = reference(medium, sunScene(Vec3d(1, -2, -3), Vec3d(light[c])), paths(1.5e5));
     ASSERT_EQ(grey.diffuse.size(), 1u);
     double chi = 0;
     forEachVoxel(medium.topology(), [&](Coord, size_t i) {
