@@ -16,8 +16,9 @@ constexpr double kEnd = 87;
 /// all of it again: about what absorbing them one by one would do.
 constexpr float kRoulette = 0.25f;
 constexpr float kUnit = 1;  // what a ray brings to the medium on the average, the tally's unit of power
-constexpr double kMostWalkers = 64;   // from one ray
-constexpr size_t kWaiting = 1 << 13;  // walkers that wait before they set out: some MB
+constexpr double kMostWalkers = 64;          // from one ray
+constexpr uint64_t kBetweenLooks = 1 << 18;  // scatterings of one walker: some ten milliseconds
+constexpr size_t kWaiting = 1 << 13;         // walkers that wait before they set out: some MB
 
 /// (1 - exp(-x)) / x, x >= 0: the mean transmittance within an optical depth x.
 inline float meanTransmittance(float x) {
@@ -47,13 +48,15 @@ struct Power {
 template <int C, bool kColoured>
 class Follower : public PathFollower {
  public:
-  Follower(const Scenery& scenery, const VoxelWalk& walk, double walker_power, BatchTally& tally)
+  Follower(const Scenery& scenery, const VoxelWalk& walk, double walker_power, std::function<bool()> goes_on,
+           BatchTally& tally)
       : scenery_(scenery),
         walk_(walk),
         transform_(scenery.medium.transform()),
         optics_(scenery.medium.optics),
         h_(transform_.meanVoxelSize()),
         walker_power_(walker_power),
+        goes_on_(std::move(goes_on)),
         tally_(tally),
         records_(tally.records.data()),
         direct_(tally.direct.data()),
@@ -107,6 +110,7 @@ class Follower : public PathFollower {
   const Optics& optics_;
   double h_;
   double walker_power_;
+  std::function<bool()> goes_on_;
   BatchTally& tally_;
   float *records_, *direct_, *flux_;
   double sigma_s_[C], sigma_t_[C], thinnest_ = kInfinity;  // per density and h
@@ -331,7 +335,8 @@ class Follower : public PathFollower {
         const bool goes_on = roulette(w, reference, random);
         energy.absorbed += before.bright() - w.bright();
         if (!goes_on) return;
-        if (++collisions >= kMostScatterings) {
+        if (++collisions % kBetweenLooks == 0 && !goes_on_()) return;
+        if (collisions >= kMostScatterings) {
           energy.lost += w.bright();
           ++tally_.given_up;
           return;
@@ -427,12 +432,13 @@ class Follower : public PathFollower {
 }  // namespace
 
 std::unique_ptr<PathFollower> makeFollower(const Scenery& scenery, const VoxelWalk& walk, int channels,
-                                           double walker_power, BatchTally& tally) {
-  if (channels == 1) return std::make_unique<Follower<1, false>>(scenery, walk, walker_power, tally);
+                                           double walker_power, std::function<bool()> goes_on,
+                                           BatchTally& tally) {
+  if (channels == 1) return std::make_unique<Follower<1, false>>(scenery, walk, walker_power, goes_on, tally);
   const Vec3d sigma_t = scenery.medium.optics.sigmaT();
   if (sigma_t[0] == sigma_t[1] && sigma_t[0] == sigma_t[2])
-    return std::make_unique<Follower<3, false>>(scenery, walk, walker_power, tally);
-  return std::make_unique<Follower<3, true>>(scenery, walk, walker_power, tally);
+    return std::make_unique<Follower<3, false>>(scenery, walk, walker_power, goes_on, tally);
+  return std::make_unique<Follower<3, true>>(scenery, walk, walker_power, goes_on, tally);
 }
 
 }  // namespace vdb_diffuse

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "reference/sources.h"
 #include "reference/tally.h"
 #include "reference/voxel_walk.h"
@@ -22,7 +24,9 @@ class PathFollower {
 
 /// \param channels       1 or 3, as the tally has
 /// \param walker_power   what a walker starts with, in the tally's units
+/// \param goes_on        asked now and then on very long walks; after a false, what is tallied is of no use
 std::unique_ptr<PathFollower> makeFollower(const Scenery& scenery, const VoxelWalk& walk, int channels,
-                                           double walker_power, BatchTally& tally);
+                                           double walker_power, std::function<bool()> goes_on,
+                                           BatchTally& tally);
 
 }  // namespace vdb_diffuse

@@ -200,7 +200,13 @@ class PathTracer {
   /// Paths are shared out among the sources in fixed numbers; a source's average counts, whatever its share.
   void trace(Batch& batch) {
     tally_.clear(*batch.tally);
-    const auto follower = makeFollower(scenery_, walk_, tally_.channels(), walker_power_, *batch.tally);
+    bool stopped = false;
+    const auto goes_on = [&] {
+      stopped = stopped || !lookUp(batch);
+      return !stopped;
+    };
+    const auto follower =
+        makeFollower(scenery_, walk_, tally_.channels(), walker_power_, goes_on, *batch.tally);
     uint64_t path = 0, sources_left = sources_.size(), paths_left = batch.paths;
     for (const auto& source : sources_) {
       --sources_left;
@@ -211,7 +217,7 @@ class PathTracer {
       const SpreadPoints points(source->dimensions(), n);
       const double weight = static_cast<double>(batch.paths) / static_cast<double>(n) / unit_;
       for (uint64_t i = 0; i < n; ++i, ++path) {
-        if (path % kPathsBetweenLooks == 0 && !lookUp(batch)) return;
+        if (stopped || (path % kPathsBetweenLooks == 0 && !goes_on())) return;
         RandomStream random(settings_.seed, batch.number, path);
         double u[4];
         points.point(i, random, u);
@@ -221,7 +227,7 @@ class PathTracer {
       }
     }
     follower->finish();
-    batch.complete = true;
+    batch.complete = !stopped;
   }
 
   /// False where there is no more to do.
