@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "grid/volume.h"
@@ -67,38 +68,49 @@ class VoxelWalk {
   bool crossGap(Place& place, const Vec3f& d, const Coord& next, float limit, float& travelled) const;
 };
 
+/// Three numbers and an idle fourth, in one register.
+using Lanes = float __attribute__((vector_size(16)));
+using IntLanes = int32_t __attribute__((vector_size(16)));
+
 template <int kRecord, typename Visit>
-VoxelWalk::End VoxelWalk::walk(const float* records, Place& place, const Vec3f& d, float limit,
+VoxelWalk::End VoxelWalk::walk(const float* records, Place& place, const Vec3f& direction, float limit,
                                float& travelled, const Visit& visit) const {
-  float inverse[3], step[3];
-  int sign[3];
-  for (int a = 0; a < 3; ++a) {
-    inverse[a] = 1 / d[a];
-    step[a] = std::abs(inverse[a]);
-    sign[a] = d[a] > 0 ? 1 : -1;
-  }
+  // Which axis comes next is a toss-up, and a branch on it costs more than all three in one register. A
+  // voxel's number in Morton order has three bits for each axis; v + 1 there is (v - kBits) & kBits.
+  constexpr float kNever = std::numeric_limits<float>::infinity();
+  constexpr IntLanes kBits{kOrderOf[0][7], kOrderOf[1][7], kOrderOf[2][7], 0};
+  constexpr IntLanes kOne{kOrderOf[0][1], kOrderOf[1][1], kOrderOf[2][1], 0};
+  const Lanes d{direction[0], direction[1], direction[2], 1};
+  const IntLanes up = d > Lanes{};
+  const Lanes inverse = 1 / d, step = up ? inverse : -inverse;
+  const IntLanes minus = (up & kBits) | (~up & kOne);
   travelled = 0;
   while (true) {  // one block
     const size_t first = static_cast<size_t>(place.block) * kBlockVoxels;
-    int voxel[3] = {place.voxel[0], place.voxel[1], place.voxel[2]};
-    float next[3];
-    for (int a = 0; a < 3; ++a)
-      next[a] = (static_cast<float>(voxel[a] + (d[a] > 0)) - place.x[a]) * inverse[a];
-    int axis;
+    const IntLanes voxel{place.voxel[0], place.voxel[1], place.voxel[2], 0};
+    const Lanes x{place.x[0], place.x[1], place.x[2], 0};
+    Lanes next = (__builtin_convertvector(voxel - up, Lanes) - x) * inverse;  // `up` is -1
+    next[3] = kNever;
+    IntLanes left = up ? kBlockWidth - 1 - voxel : voxel;  // voxels beyond this one in the block
+    IntLanes order{kOrderOf[0][voxel[0]], kOrderOf[1][voxel[1]], kOrderOf[2][voxel[2]], 0};
     const float limit_here = limit - travelled;
     float t = 0;
     const auto moveTo = [&](float t_end) {
       travelled += t_end;
+      const IntLanes now = up ? kBlockWidth - 1 - left : left;
       for (int a = 0; a < 3; ++a) {
-        const float low = static_cast<float>(voxel[a]);
-        place.voxel[a] = voxel[a];
+        const float low = static_cast<float>(now[a]);
+        place.voxel[a] = now[a];
         place.x[a] = std::min(std::max(place.x[a] + t_end * d[a], low), low + 1);
       }
     };
     while (true) {  // one voxel
-      const size_t record = first + recordOffset(voxel[0], voxel[1], voxel[2]);
-      axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
-      const float t_exit = std::min(std::max(next[axis], t), limit_here);
+      const size_t record = first + static_cast<uint32_t>(order[0] | order[1] | order[2]);
+      const Lanes second{next[1], next[2], next[0], next[3]};
+      const Lanes third{next[2], next[0], next[1], next[3]};
+      const Lanes of_two = next < second ? next : second;
+      const Lanes nearest = of_two < third ? of_two : third;
+      const float t_exit = std::min(std::max(nearest[0], t), limit_here);
       float length = t_exit - t;
       if (!visit(record, records[record * kRecord], length)) {
         moveTo(t + length);
@@ -110,21 +122,27 @@ VoxelWalk::End VoxelWalk::walk(const float* records, Place& place, const Vec3f& 
         travelled = limit;
         return End::kLimit;
       }
-      next[axis] += step[axis];
-      voxel[axis] += sign[axis];
-      if (static_cast<unsigned>(voxel[axis]) >= static_cast<unsigned>(kBlockWidth)) break;
+      const IntLanes crossed = next == nearest;  // two or three where the ray meets an edge
+      next += reinterpret_cast<Lanes>(reinterpret_cast<IntLanes>(step) & crossed);
+      left += crossed;
+      order = (order - (minus & crossed)) & kBits;
+      if ((left[0] | left[1] | left[2]) < 0) break;
     }
+    const int axis = left[0] < 0 ? 0 : left[1] < 0 ? 1 : 2;
+    left = left < 0 ? IntLanes{} : left;
     moveTo(t);
-    const int32_t neighbour = topology_.neighbours(place.block)[2 * axis + (sign[axis] > 0)];
+    const bool forward = up[axis] != 0;
+    const int32_t neighbour = topology_.neighbours(place.block)[2 * axis + forward];
     if (neighbour != kNoBlock) {
       place.block = neighbour;
-      place.voxel[axis] = sign[axis] > 0 ? 0 : kBlockWidth - 1;
-      place.x[axis] = sign[axis] > 0 ? 0 : kBlockWidth;
+      place.voxel[axis] = forward ? 0 : kBlockWidth - 1;
+      place.x[axis] = forward ? 0 : kBlockWidth;
       continue;
     }
     Coord across(0, 0, 0);
-    across[axis] = sign[axis];
-    if (!crossGap(place, d, across, limit, travelled)) return travelled < limit ? End::kLeft : End::kLimit;
+    across[axis] = forward ? 1 : -1;
+    if (!crossGap(place, direction, across, limit, travelled))
+      return travelled < limit ? End::kLeft : End::kLimit;
   }
 }
 
