@@ -54,7 +54,8 @@ TEST(ReferenceFurnace, RadianceIsThatOfTheSky) {
 }
 
 TEST(ReferenceFurnace, ColouredExtinctionChangesNothing) {
-  for (const Furnace& f : {Furnace{2, 1, 0.3, Vec3d(1, 0.5, 3)}, Furnace{2, 0.8, 0, Vec3d(4, 1, 0.2)}}) {
+  for (const Furnace& f : {Furnace{2, 1, 0.3, Vec3d(1, 0.5, 3)}, Furnace{2, 0.8, 0, Vec3d(4, 1, 0.2)},
+                           Furnace{2, 1, 0, Vec3d(1, 0.5, 3), true}}) {
     const Repeated means = relativeMeans(f);
     expectMean(means, 1);
     EXPECT_LT(means.error(), 0.01);
