@@ -4,14 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "reference/luminance.h"
+#include "reference/grid_frame.h"
+#include "reference/power.h"
 
 namespace vdb_diffuse {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Optical depth at which a ray is not followed any further: exp(-87) is the least that a float holds.
-constexpr double kEnd = 87;
+/// Optical depth at which a ray is not followed any further: exp(-60) is 1e-26, and floats are still whole.
+constexpr double kEnd = 60;
 /// Paths play Russian roulette below this part of the power that they had at first, and those that win have
 /// all of it again: about what absorbing them one by one would do.
 constexpr float kRoulette = 0.25f;
@@ -19,26 +20,6 @@ constexpr float kUnit = 1;  // what a ray brings to the medium on the average, t
 constexpr double kMostWalkers = 64;          // from one ray
 constexpr uint64_t kBetweenLooks = 1 << 18;  // scatterings of one walker: some ten milliseconds
 constexpr size_t kWaiting = 1 << 13;         // walkers that wait before they set out: some MB
-
-/// (1 - exp(-x)) / x, x >= 0: the mean transmittance within an optical depth x.
-inline float meanTransmittance(float x) {
-  if (x < 0.1f) return 1 - x * (0.5f - x * (1 / 6.f - x * (1 / 24.f - x / 120.f)));
-  return (1 - std::exp(-x)) / x;
-}
-
-template <int C>
-struct Power {
-  float c[C];
-
-  float largest() const { return C == 1 ? c[0] : std::max({c[0], c[C / 2], c[C - 1]}); }
-  double bright() const {
-    if (C == 1) return c[0];
-    return luminance(Vec3d(c[0], c[C / 2], c[C - 1]));
-  }
-  void scale(float f) {
-    for (float& x : c) x *= f;
-  }
-};
 
 /// kColoured: the channels differ in extinction, so that a free flight drawn for one of them is weighed for
 /// the others. With channel j drawn with probability q_j, the density of a collision after a column X (of
@@ -52,9 +33,9 @@ class Follower : public PathFollower {
            BatchTally& tally)
       : scenery_(scenery),
         walk_(walk),
-        transform_(scenery.medium.transform()),
+        frame_(scenery.medium.transform()),
         optics_(scenery.medium.optics),
-        h_(transform_.meanVoxelSize()),
+        h_(frame_.h()),
         walker_power_(walker_power),
         goes_on_(std::move(goes_on)),
         tally_(tally),
@@ -66,10 +47,6 @@ class Follower : public PathFollower {
       sigma_t_[c] = optics_.sigmaT()[c] * h_;
       albedo_[c] = static_cast<float>(sigma_t_[c] > 0 ? sigma_s_[c] / sigma_t_[c] : 0);
       thinnest_ = std::min(thinnest_, sigma_t_[c]);
-    }
-    for (int a = 0; a < 3; ++a) {
-      axis_[a] = transform_.axis(a) / transform_.axis(a).length();
-      per_h_[a] = h_ / transform_.axis(a).length();
     }
   }
 
@@ -106,7 +83,7 @@ class Follower : public PathFollower {
  private:
   const Scenery& scenery_;
   const VoxelWalk& walk_;
-  const Transform& transform_;
+  const GridFrame frame_;
   const Optics& optics_;
   double h_;
   double walker_power_;
@@ -115,8 +92,6 @@ class Follower : public PathFollower {
   float *records_, *direct_, *flux_;
   double sigma_s_[C], sigma_t_[C], thinnest_ = kInfinity;  // per density and h
   float albedo_[C];
-  Vec3d axis_[3];    // the grid's, unit length, in the world
-  double per_h_[3];  // voxels
 
   static constexpr int kRecord = 1 + C;
   struct Stretch {  // of a ray in one voxel
@@ -139,35 +114,6 @@ class Follower : public PathFollower {
   void send(const Walker& walker) {
     walkers_.push_back(walker);
     if (walkers_.size() >= kWaiting) finish();
-  }
-
-  Vec3d cellOf(const Vec3d& p_world) const { return transform_.toIndex(p_world) + Vec3d(0.5); }
-  Vec3d worldOf(const Place& place) const {
-    return transform_.toWorld(walk_.corner(place.block) + Vec3d(place.x) - Vec3d(0.5));
-  }
-  Vec3d directionToWorld(const Vec3f& s) const { return axis_[0] * s[0] + axis_[1] * s[1] + axis_[2] * s[2]; }
-  Vec3f directionToGrid(const Vec3d& d) const {
-    return Vec3f(static_cast<float>(d.dot(axis_[0])), static_cast<float>(d.dot(axis_[1])),
-                 static_cast<float>(d.dot(axis_[2])));
-  }
-  /// Voxels per h along a unit direction of the grid's frame; never zero, so that no division fails.
-  Vec3f step(const Vec3f& s) const {
-    Vec3f d;
-    for (int a = 0; a < 3; ++a) {
-      d[a] = s[a] * static_cast<float>(per_h_[a]);
-      if (std::abs(d[a]) < 1e-15f) d[a] = std::copysign(1e-15f, d[a]);
-    }
-    return d;
-  }
-  Place placeInVoxel(size_t voxel, RandomStream& random) const {
-    Place place;
-    place.block = static_cast<int32_t>(voxel / kBlockVoxels);
-    const Coord local = voxelLocal(static_cast<int>(voxel % kBlockVoxels));
-    for (int a = 0; a < 3; ++a) {
-      place.voxel[a] = local[a];
-      place.x[a] = static_cast<float>(local[a] + random.uniform());
-    }
-    return place;
   }
 
   /// Light after a surface: false where it ends there. `reference` is the power that roulette restores.
@@ -212,10 +158,10 @@ class Follower : public PathFollower {
   /// Tallies a ray's light in the voxels it crosses and notes them. Returns the column of density.
   double cross(const Vec3d& origin, const Vec3d& direction, double limit, const Power<C>& w) {
     stretches_.clear();
-    const Vec3f s = directionToGrid(direction), d = step(s);
+    const Vec3f s = frame_.toGrid(direction), d = frame_.step(s);
     Place place;
     double start = 0, column = 0;
-    if (!walk_.enter(cellOf(origin), Vec3d(d), limit, start, place)) return 0;
+    if (!walk_.enter(frame_.cellOf(origin), Vec3d(d), limit, start, place)) return 0;
     float transmittance[C], travelled = 0;
     for (float& t : transmittance) t = 1;
     double at = start;
@@ -275,7 +221,7 @@ class Follower : public PathFollower {
       }
       walker.scale(static_cast<float>(1 / expected));
       tally_.energy.scattered_in += walker.bright();
-      const Vec3f s = directionToGrid(direction);
+      const Vec3f s = frame_.toGrid(direction);
       RandomStream own(random.bits());
       const Vec3f deflected_s = deflect(s, own);
       send({placeOnRay(origin, s, x), deflected_s, walker, own});
@@ -289,7 +235,7 @@ class Follower : public PathFollower {
     --stretch;  // the first begins at 0
     while (stretch->rho == 0 && stretch != stretches_.begin()) --stretch;
     const double t = stretch->enter + (stretch->rho > 0 ? (x - stretch->before) / stretch->rho : 0.0);
-    const Vec3d at = cellOf(origin) + Vec3d(step(s)) * t;
+    const Vec3d at = frame_.cellOf(origin) + Vec3d(frame_.step(s)) * t;
     Place place;
     place.block = stretch->block;
     for (int a = 0; a < 3; ++a) {
@@ -317,18 +263,18 @@ class Follower : public PathFollower {
       std::optional<Occluder::Hit> hit;
       if (scenery_.surfaces) {
         if (inside) {
-          origin = worldOf(place);
-          direction = directionToWorld(s);
+          origin = frame_.worldOf(walk_.corner(place.block) + Vec3d(place.x));
+          direction = frame_.toWorld(s);
         }
         if (!inside || scenery_.surfaces_inside)
           hit = scenery_.occluder.closest(origin, direction, kInfinity);
       }
       const double limit = hit ? hit->distance / h_ : kInfinity;
-      const Vec3f d = step(s);
+      const Vec3f d = frame_.step(s);
       double start = 0;
       bool collided = false;
       const Power<C> before = w;
-      if (inside || walk_.enter(cellOf(origin), Vec3d(d), limit, start, place))
+      if (inside || walk_.enter(frame_.cellOf(origin), Vec3d(d), limit, start, place))
         collided = fly(place, s, d, static_cast<float>(limit - start), w, random);
       if (collided) {
         inside = true;
@@ -352,7 +298,7 @@ class Follower : public PathFollower {
       const Scenery::SurfacePoint point = scenery_.pointOf(*hit, origin, direction);
       if (!reflect(point, w, reference, random, origin, direction)) return;
       energy.escaped -= w.bright();
-      s = directionToGrid(direction);
+      s = frame_.toGrid(direction);
       inside = false;
     }
   }
