@@ -69,39 +69,31 @@ void formHeads(const Equation& e, const Medium& medium, const Field<float>& Q0, 
                double scale, int axis, Heads& heads) {
   const Topology& topology = *e.A->topology;
   const double s = e.stretch[axis];
-  const double drive = Q1_flux ? 0.5 * s * scale * e.optics.sigma_s * e.h * 3 * e.optics.g : 0;
+  const double drive = 0.5 * s * scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
   const double extinction = e.optics.sigma_t_beam * e.h * s;
   const double inside = 2 * s * s * scale * e.optics.source_sigma * e.h;  // times r: h / D
   if (heads.upper.empty()) heads.upper = heads.lower = Field<float>(topology);
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    const float *rho = medium.density.values.block(b), *r = e.A->half_resistance.block(b);
+    const float *rho = medium.density.values.block(b), *Q = Q0.block(b);
     const float* flux = Q1_flux ? (*Q1_flux)[axis].block(b) : nullptr;
     float *upper = heads.upper.block(b), *lower = heads.lower.block(b);
-    Halo<float> Q, resistance;
-    loadHalo(topology, Q0, b, 0.0f, Q);
-    loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), resistance);
-    const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
+    Halo<float> r;
+    loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
       const Coord p = voxelLocal(n);
-      const auto at = [&](const Halo<float>& f, int step) {
-        return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
-      };
-      const bool below = std::isfinite(at(resistance, -1)), above = std::isfinite(at(resistance, 1));
-      const double bound = flux ? 2 * extinction * rho[n] * std::abs(flux[n]) /
-                                      std::max(at(Q, 0), std::numeric_limits<float>::min())
-                                : 0;
-      const double k = sourceGrowth(at(Q, -1), at(Q, 0), at(Q, 1), below, above, bound);
-      int open_axes = 0;
+      bool open[3];
       for (int a = 0; a < 3; ++a) {
-        const Coord step(a == 0, a == 1, a == 2), q = p - step, o = p + step;
-        open_axes += !std::isfinite(resistance.at(q[0], q[1], q[2])) ||
-                     !std::isfinite(resistance.at(o[0], o[1], o[2]));
+        const int dx = a == 0, dy = a == 1, dz = a == 2;
+        open[a] = std::isinf(r.at(p[0] - dx, p[1] - dy, p[2] - dz)) ||
+                  std::isinf(r.at(p[0] + dx, p[1] + dy, p[2] + dz));
       }
-      const double share = open_axes == 0 ? 1.0 / 3 : below && above ? 0.0 : 1.0 / open_axes;
-      const double half_q = flux ? drive * rho[n] * flux[n] : 0, source = inside * r[n] * rho[n] * at(Q, 0);
-      upper[n] = static_cast<float>(source * ((share - 1) / 8 + sourceAhead(k)) + half_q);
-      lower[n] = static_cast<float>(source * ((share - 1) / 8 + sourceAhead(-k)) - half_q);
+      const int open_axes = open[0] + open[1] + open[2];
+      const double share = open_axes == 0 ? 1.0 / 3 : open[axis] ? 1.0 / open_axes : 0.0;
+      const double source = inside * r.at(p[0], p[1], p[2]) * rho[n], even = source * share * Q[n] / 8;
+      const double odd = flux ? (drive * rho[n] + source * beamAhead(extinction * rho[n])) * flux[n] : 0;
+      upper[n] = static_cast<float>(even + odd);
+      lower[n] = static_cast<float>(even - odd);
     }
   });
 }

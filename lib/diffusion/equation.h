@@ -36,15 +36,15 @@ namespace vdb_diffuse {
 //
 // so neither density zero nor infinity is a special case.
 //
-// The first takes the flux to be the same from one centre to the other. Where a beam dies within a voxel it
-// is not: what scatters in the half voxel before a face adds
+// The first takes the flux to be the same from one centre to the other. What scatters in the half voxel
+// before a face adds
 //
-//     u = 2 r (share Q/8 + slope/24) sigma_s rho h        (- slope toward the lower face)
+//     u = 2 r sigma_s rho h ( share Q0/8 + ahead(tau) Q1_flux.n )         n toward the face
 //
-// to I on the way to it, so that (h/2) q.n becomes (h/2) q.n + u on either side. Q + slope x is the straight
-// line that stands for the exponential (source_shape.h); `share` is how much of the source leaves along this
-// axis: all of it where only this axis has an open face, a third in the interior. A voxel of 3 optical depths
-// in a uniform sky was 54 % too bright without. See Furnace.
+// to I on the way to it, so that (h/2) q.n becomes (h/2) q.n + u on either side. `share` is how much of the
+// source leaves along this axis: all of it where only this axis has an open face, a third in the interior;
+// `ahead` is how a beam that dies within the voxel scatters on the side where it comes in (source_shape.h).
+// Linear in the light. See Furnace.ThickVoxelsScatterWhereTheLightIs.
 
 struct EquationSettings {
   bool staircase = true;                           ///< use area factors; otherwise a = 1

@@ -59,8 +59,8 @@ class Refinement {
   const DiffuseSettings settings_;
   const TransportSettings transport_;
   std::unique_ptr<Wavefront> wavefront_;
-  VectorField beam_slope_;            // of the channel at hand
-  std::vector<Field<float>> second_;  // moments of its light
+  VectorField beam_slope_;              // of the channel at hand
+  std::vector<Field<float>> second_;    // moments of its light
   const Equation* equation_ = nullptr;  // whose correction is set up
   const Equation* correction_ = nullptr;
   Multigrid* multigrid_ = nullptr;

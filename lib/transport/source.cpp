@@ -52,14 +52,10 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium, const
   forEachBlock(topology.blockCount(), [&](size_t b) {
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      double slope[3], steepness = 0;
       for (int a = 0; a < 3; ++a) {
-        slope[a] = albedo * (static_cast<double>(source.slope[a].block(b)[n]) + beam_slope[a].block(b)[n]);
-        steepness += std::abs(slope[a]);
+        float& slope = source.slope[a].block(b)[n];
+        slope = static_cast<float>(albedo * (static_cast<double>(slope) + beam_slope[a].block(b)[n]));
       }
-      const double J = std::max(0.0f, source.J.block(b)[n]);  // so flat that it is nowhere negative
-      const double limit = 0.5 * steepness > J ? J / (0.5 * steepness) : 1;
-      for (int a = 0; a < 3; ++a) source.slope[a].block(b)[n] = static_cast<float>(slope[a] * limit);
     }
   });
 }
@@ -71,33 +67,18 @@ void formBeamSlope(const ChannelSolution& channel, const Medium& medium, VectorF
   for (Field<float>& component : slope) component = Field<float>(topology);
   diffusiveFlux(e, medium, Field<double>(topology), {&channel.Q0, channel.Q1_flux, channel.scale}, nullptr,
                 &slope);
-  forEachBlock(topology.blockCount(), [&](size_t b) {
-    const float* rho = medium.density.values.block(b);
-    Halo<float> r, Q;
-    loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r);
-    loadHalo(topology, channel.Q0, b, 0.0f, Q);
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
-      const int n = static_cast<int>(it.pos());
-      const Coord p = voxelLocal(n);
-      for (int a = 0; a < 3; ++a) {
-        const int dx = a == 0, dy = a == 1, dz = a == 2;
-        const auto at = [&](const Halo<float>& f, int step) {
-          return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
-        };
-        const double s = e.stretch[a];
-        const double bound =
-            channel.Q1_flux && at(Q, 0) > 0
-                ? 2 * extinction * rho[n] * s * std::abs((*channel.Q1_flux)[a].block(b)[n]) / at(Q, 0)
-                : 0;
-        const double k = sourceGrowth(at(Q, -1), at(Q, 0), at(Q, 1), std::isfinite(at(r, -1)),
-                                      std::isfinite(at(r, 1)), bound);
-        // I0 bends as its source does, I0'' = -2 r S: its moment is not that of the line between the faces
-        const double bend =
-            k == 0 ? 0 : 2 * at(r, 0) * tau_s * rho[n] * s * s * (k - sourceSlope(k)) / (k * k);
-        slope[a].block(b)[n] += static_cast<float>(channel.scale * at(Q, 0) * (sourceSlope(k) + bend));
+  if (!channel.Q1_flux) return;
+  for (int a = 0; a < 3; ++a)
+    forEachBlock(topology.blockCount(), [&](size_t b) {
+      const float *rho = medium.density.values.block(b), *r = e.A->half_resistance.block(b);
+      const float* flux = (*channel.Q1_flux)[a].block(b);
+      for (auto it = topology.active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        const double s = e.stretch[a], tau = extinction * rho[n] * s;
+        const double bend = 2 * r[n] * tau_s * rho[n] * s * s * beamBend(tau);
+        slope[a].block(b)[n] += static_cast<float>(channel.scale * flux[n] * (beamSlope(tau) + bend));
       }
-    }
-  });
+    });
 }
 
 }  // namespace vdb_diffuse

@@ -114,11 +114,7 @@ TEST(Energy, EscapesThroughTheOpenFaces) {
       for (int a = 0; a < 3; ++a)
         for (int side : {-1, 1}) {
           if (topology.isActive(beside(a, side))) continue;
-          const Coord low = beside(a, -1), high = beside(a, 1);
-          const double k =
-              sourceGrowth(Q.at(topology, low), Q[i], Q.at(topology, high), topology.isActive(low),
-                           topology.isActive(high), 2 * 0.9 * rho * h * std::abs(d[a]));
-          const double ahead = (1.0 / open_axes - 1) / 8 + sourceAhead(side * k);
+          const double ahead = 1.0 / open_axes / 8 + side * d[a] * beamAhead(0.9 * rho * h);
           const double drive = 0.5 * h * 0.8 * rho * 3 * g * d[a] * side * Q[i];
           const double u = 2 * r * 0.8 * rho * h * Q[i] * ahead;
           escaped += 4 * M_PI * h * h * (result.diffuse[0][i] + drive + u) / (r + 2);
