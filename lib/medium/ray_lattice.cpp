@@ -73,6 +73,9 @@ RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, c
   const double d_u = d[u] / std::abs(d[w]), d_v = d[v] / std::abs(d[w]);
 
   lattice.first_layer = lowest[w];
+  lattice.along = d / std::abs(d[w]);
+  const double before = lattice.sign * ((lattice.sign > 0 ? lowest[w] : highest[w]) - middle[w]) - 0.5;
+  lattice.start = middle + lattice.along * before;
   int least_u = 0, most_u = 0, least_v = 0, most_v = 0;
   for (int layer = lowest[w]; layer <= highest[w]; ++layer) {
     const double travelled =

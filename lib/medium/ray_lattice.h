@@ -34,11 +34,18 @@ struct RayLattice {
   int first_layer;       ///< voxel coordinate along w of layers[0]
   std::vector<Layer> layers;
   int first_u, first_v, rows, pitch;  ///< ray (i, j) stands at (i - first_u) * pitch + (j - first_v)
+  Vec3d start;  ///< of ray (0, 0), where it enters the first layer that it travels through, in voxels
+  Vec3d along;  ///< from layer to layer
 
   size_t rays() const { return static_cast<size_t>(rows) * pitch; }
   size_t place(int i, int j) const {
     return static_cast<size_t>(i - first_u) * pitch + static_cast<size_t>(j - first_v);
   }
+  /// The n-th layer on the way, by its coordinate along w.
+  int layerCoordinate(int n) const {
+    return first_layer + (sign > 0 ? n : static_cast<int>(layers.size()) - 1 - n);
+  }
+  const Layer& layerOnTheWay(int n) const { return layers[layerCoordinate(n) - first_layer]; }
 };
 
 /// \param lowest, highest  corners of the blocks, inclusive;  \param middle  of the active voxels

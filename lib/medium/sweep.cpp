@@ -25,7 +25,7 @@ struct alignas(64) TurnedCopy {
 
 template <int kAngular, int kMoments>
 VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& block, const Coord& origin,
-                                  float* rays) {
+                                  Stretch part, float* rays) {
   double exact[kSecondOrder];
   float basis[kSecondOrder];
   angularBasis(lattice.s, exact);
@@ -36,6 +36,7 @@ VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& bl
     const int w = lattice.sign > 0 ? n : kBlockWidth - 1 - n;
     const Layer& layer = lattice.layers[origin[lattice.w] + w - lattice.first_layer];
     for (int k = 0; k < layer.steps; ++k) {
+      if (!part.has(n, k)) continue;
       const LayerStep& step = layer.step[k];
       const float length = lattice.length * step.extent;
       const float share = static_cast<float>(lattice.weight) * step.extent;
@@ -63,18 +64,18 @@ VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& bl
   }
 }
 
-using Pass = void(const RayLattice&, const BlockView&, const Coord&, float*);
-VDB_DIFFUSE_KERNEL void pass00(const RayLattice& l, const BlockView& b, const Coord& o, float* r) {
-  passBlock<0, 0>(l, b, o, r);
+using Pass = void(const RayLattice&, const BlockView&, const Coord&, Stretch, float*);
+VDB_DIFFUSE_KERNEL void pass00(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
+  passBlock<0, 0>(l, b, o, p, r);
 }
-VDB_DIFFUSE_KERNEL void pass03(const RayLattice& l, const BlockView& b, const Coord& o, float* r) {
-  passBlock<0, kFirstOrder>(l, b, o, r);
+VDB_DIFFUSE_KERNEL void pass03(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
+  passBlock<0, kFirstOrder>(l, b, o, p, r);
 }
-VDB_DIFFUSE_KERNEL void pass33(const RayLattice& l, const BlockView& b, const Coord& o, float* r) {
-  passBlock<kFirstOrder, kFirstOrder>(l, b, o, r);
+VDB_DIFFUSE_KERNEL void pass33(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
+  passBlock<kFirstOrder, kFirstOrder>(l, b, o, p, r);
 }
-VDB_DIFFUSE_KERNEL void pass88(const RayLattice& l, const BlockView& b, const Coord& o, float* r) {
-  passBlock<kSecondOrder, kSecondOrder>(l, b, o, r);
+VDB_DIFFUSE_KERNEL void pass88(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
+  passBlock<kSecondOrder, kSecondOrder>(l, b, o, p, r);
 }
 
 Pass* passFor(size_t angular, size_t moments) {
@@ -132,7 +133,8 @@ class BlockFields {
 
 }  // namespace
 
-SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments) {
+SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments,
+                  const Obstacles* obstacles) {
   const Topology& topology = wavefront.topology();
   SweepResult result;
   result.mean = Field<float>(topology);
@@ -141,12 +143,15 @@ SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t 
   Pass* const pass = passFor(source.angular.size(), result.moments.size());
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     const std::vector<RayLattice>& lattices = wavefront.lattices(octant);
-    const Wavefront::Rays left = wavefront.pass(octant, [&](size_t b, Wavefront::Rays& rays) {
+    const auto passBlocks = [&](size_t b, const auto& passDirection) {
       BlockFields fields(source, result, b);
       for (size_t d = 0; d < lattices.size(); ++d)
-        pass(lattices[d], fields.along(lattices[d]), topology.origin(b), rays[d].get());
+        passDirection(d, [&](Stretch part, float* rays) {
+          pass(lattices[d], fields.along(lattices[d]), topology.origin(b), part, rays);
+        });
       fields.finish();
-    });
+    };
+    const Wavefront::Rays left = passObstructed(wavefront, octant, obstacles, result.escaped, passBlocks);
     for (size_t d = 0; d < lattices.size(); ++d)
       result.escaped += std::accumulate(left[d].get(), left[d].get() + lattices[d].rays(), 0.0) *
                         lattices[d].weight * lattices[d].cross_section;

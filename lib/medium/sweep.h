@@ -1,5 +1,6 @@
 #pragma once
 
+#include "medium/ray_cuts.h"
 #include "medium/wavefront.h"
 
 namespace vdb_diffuse {
@@ -18,7 +19,7 @@ struct SweepResult {
   Field<float> mean;                  ///< of the radiance over directions and voxel
   Field<float> divergence;            ///< of the flux, per mean voxel size: what the rays gain in the voxel
   std::vector<Field<float>> moments;  ///< means of b_k times the radiance
-  double escaped = 0;                 ///< flux that leaves, in units of mean voxel sizes squared
+  double escaped = 0;  ///< net flux that leaves for afar and to obstacles, in mean voxel sizes squared
 };
 
 /// Integrates the transport equation once along each direction of a set, with a given source and nothing
@@ -35,6 +36,8 @@ struct SweepResult {
 ///
 /// O(N) for a direction; the order of every sum is fixed.
 /// \param moments  how many to return: 0, kFirstOrder or kSecondOrder, and at least the source's
-SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments);
+/// \param obstacles  what stands in the rays' way; null: nothing
+SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments,
+                  const Obstacles* obstacles = nullptr);
 
 }  // namespace vdb_diffuse
