@@ -62,6 +62,7 @@ class Diffusion {
   EquationSettings equation_settings_;
   std::unique_ptr<Equation> equation_;  // of the channel at hand; kept while it serves the next too
   std::unique_ptr<Multigrid> multigrid_;
+  std::unique_ptr<const ReturnedLight> returned_;
   DiffuseResult result_;
 
   const Topology& topology() const { return medium_.topology(); }
@@ -103,10 +104,10 @@ class Diffusion {
       for (Field<float>& component : result_.flux) component = Field<float>(topology());
   }
 
-  /// One operator serves all channels of a grey medium, unless coloured walls differ between them.
+  /// One operator serves all channels of a grey medium, unless coloured surfaces change what returns.
   bool sharedOperator() const {
     if (!medium_.optics.grey()) return false;
-    if (equation_settings_.walls->empty()) return true;
+    if (equation_settings_.walls->empty() && settings_.model.model != Model::kDefault) return true;
     for (const Surface& s : scene_.surfaces)
       if (s.albedo[0] != s.albedo[1] || s.albedo[0] != s.albedo[2]) return false;
     return true;
@@ -119,8 +120,12 @@ class Diffusion {
     const ChannelOptics optics = opticsOf(c);
     if (settings_.model.model == Model::kDefault) {
       if (settings_.progress) settings_.progress("surface", 0);
+      if (!returned_)
+        returned_ = std::make_unique<const ReturnedLight>(medium_, occluder_, scene_.surfaces,
+                                                          *equation_settings_.walls);
       equation_settings_.returned =
-          std::make_shared<const Field<float>>(returnedLight(medium_, optics.sigma_t_beam));
+          std::make_shared<const Field<float>>(returned_->factors(optics.sigma_t_beam, static_cast<int>(c)));
+      if (sharedOperator()) returned_.reset();
     }
     equation_ = std::make_unique<Equation>(
         formEquation(medium_, optics, static_cast<int>(c), settings_.model.model, equation_settings_));
@@ -149,7 +154,7 @@ class Diffusion {
     const RightHandSide rhs = formRightHandSide(*equation_, medium_, Q0, flux, scale);
     const std::vector<Field<float>>* second =
         source_.second_moments.empty() ? nullptr : &source_.second_moments[c];
-    ChannelSolution channel(*equation_, *multigrid_, Q0, flux, second, rhs, scale);
+    ChannelSolution channel(*equation_, *multigrid_, Q0, flux, second, rhs, occluder_, scale);
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;

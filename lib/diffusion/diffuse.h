@@ -12,13 +12,15 @@ namespace vdb_diffuse {
 /// One channel after its diffusion solve, as a method that goes on from there finds it and leaves it.
 struct ChannelSolution {
   ChannelSolution(const Equation& e, Multigrid& m, const Field<float>& q0, const VectorField* q1,
-                  const std::vector<Field<float>>* q2, const RightHandSide& right, double factor)
+                  const std::vector<Field<float>>* q2, const RightHandSide& right, const Occluder& o,
+                  double factor)
       : equation(e),
         multigrid(m),
         Q0(q0),
         Q1_flux(q1),
         Q2_moments(q2),
         rhs(right),
+        occluder(o),
         scale(factor),
         I0(*e.A->topology) {}
 
@@ -28,6 +30,7 @@ struct ChannelSolution {
   const VectorField* Q1_flux;  ///< their vector mean; may be null where g' = 0
   const std::vector<Field<float>>* Q2_moments;  ///< their second moments; null unless `phase_order` is 2
   const RightHandSide& rhs;
+  const Occluder& occluder;
   double scale;  ///< factor on the solution and on the right-hand side
   Field<double> I0;
   VectorField flux;    ///< I1 / 3 along the grid's axes, times scale; empty: what follows from I0

@@ -5,15 +5,15 @@
 #include "diffusion/area_factor.h"
 #include "medium/attenuation.h"
 #include "medium/turned_block.h"
-#include "medium/wavefront.h"
+#include "surfaces/surface_light.h"
 
 namespace vdb_diffuse {
 namespace {
 
 constexpr float kMostReturned = 0.98f;  // what is closed more tightly than that leaks by diffusion anyway
 
-/// Voxels of a block whose face looks at one that is not active.
-BlockMask openFaces(const Topology& topology, size_t b, int face) {
+/// Voxels of a block whose face looks at one that is not active, with no wall between.
+BlockMask openFaces(const Topology& topology, const Walls& walls, size_t b, int face) {
   const BlockMask& active = topology.active(b);
   const int32_t across = topology.neighbours(b)[face];
   const int axis = face / 2, up = face % 2, stride = 64 >> (3 * axis), shift = 6 - 3 * axis;
@@ -24,7 +24,7 @@ BlockMask openFaces(const Topology& topology, size_t b, int face) {
     const bool next =
         edge ? across != kNoBlock && topology.active(across).isOn(up ? n - 7 * stride : n + 7 * stride)
              : active.isOn(up ? n + stride : n - stride);
-    if (!next) open.setOn(n);
+    if (!next && !wallAt(walls, b, n, face)) open.setOn(n);
   }
   return open;
 }
@@ -38,13 +38,14 @@ struct Faces {
 };
 
 VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Faces& block, const Coord& origin,
-                                  float* rays) {
+                                  Stretch part, float* rays) {
   const float share = static_cast<float>(lattice.weight * lattice.cross_section);
   const int axes[3] = {lattice.w, lattice.u, lattice.v};
   for (int n = 0; n < kBlockWidth; ++n) {
     const int w = lattice.sign > 0 ? n : kBlockWidth - 1 - n;
     const Layer& layer = lattice.layers[origin[lattice.w] + w - lattice.first_layer];
     for (int k = 0; k < layer.steps; ++k) {
+      if (!part.has(n, k)) continue;
       const LayerStep& step = layer.step[k];
       const int in = axes[step.entered_by], out = axes[step.left_by];
       const uint8_t *open_in = block.open[2 * in + (lattice.s[in] < 0 ? 1 : 0)],
@@ -69,17 +70,19 @@ VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Faces& block,
 }
 
 /// Light through the outer faces of every voxel.
-struct SurfaceLight {
+struct FaceLight {
   Field<float> entering, leaving;
 };
 
-SurfaceLight lightThroughFaces(const Medium& medium, double depth_per_density, const Vec3d& stretch) {
+/// The light where the whole medium glows with a source function of 1.
+FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, const Walls& walls,
+                            double depth_per_density, const Obstacles* obstacles) {
   const Topology& topology = medium.topology();
-  const Wavefront wavefront(medium.density.topology, stretch, offPlanes());
-  SurfaceLight light{Field<float>(topology), Field<float>(topology)};
+  FaceLight light{Field<float>(topology), Field<float>(topology)};
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     const std::vector<RayLattice>& lattices = wavefront.lattices(octant);
-    wavefront.pass(octant, [&](size_t b, Wavefront::Rays& rays) {
+    double taken = 0;
+    passObstructed(wavefront, octant, obstacles, taken, [&](size_t b, const auto& passDirection) {
       alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels], entering[kBlockVoxels],
           leaving[kBlockVoxels];
       const float* rho = medium.density.values.block(b);
@@ -87,9 +90,8 @@ SurfaceLight lightThroughFaces(const Medium& medium, double depth_per_density, c
       turnBlock(tau, turned_tau);
       std::fill_n(entering, kBlockVoxels, 0.0f);
       std::fill_n(leaving, kBlockVoxels, 0.0f);
-      const RowBits open[6] = {RowBits(openFaces(topology, b, 0)), RowBits(openFaces(topology, b, 1)),
-                               RowBits(openFaces(topology, b, 2)), RowBits(openFaces(topology, b, 3)),
-                               RowBits(openFaces(topology, b, 4)), RowBits(openFaces(topology, b, 5))};
+      const auto faces = [&](int face) { return RowBits(openFaces(topology, walls, b, face)); };
+      const RowBits open[6] = {faces(0), faces(1), faces(2), faces(3), faces(4), faces(5)};
       Faces plain{tau, {}, light.entering.block(b), light.leaving.block(b), 64, 8};
       Faces turned{turned_tau, {}, entering, leaving, 64, 8};
       for (int face = 0; face < 6; ++face) {
@@ -99,7 +101,9 @@ SurfaceLight lightThroughFaces(const Medium& medium, double depth_per_density, c
       for (size_t d = 0; d < lattices.size(); ++d) {
         plain.stride_w = lattices[d].w == 0 ? 64 : 8;
         plain.stride_u = lattices[d].w == 0 ? 8 : 64;
-        passFaces(lattices[d], lattices[d].w == 2 ? turned : plain, topology.origin(b), rays[d].get());
+        passDirection(d, [&](Stretch part, float* rays) {
+          passFaces(lattices[d], lattices[d].w == 2 ? turned : plain, topology.origin(b), part, rays);
+        });
       }
       addTurnedBack(entering, plain.entering);
       addTurnedBack(leaving, plain.leaving);
@@ -152,28 +156,50 @@ struct RunningSums {
 
 }  // namespace
 
-Field<float> returnedLight(const Medium& medium, double extinction) {
-  const Topology& topology = medium.topology();
-  const double h = medium.transform().meanVoxelSize();
-  const Vec3d stretch = medium.transform().voxelSize() / h;
+ReturnedLight::ReturnedLight(const Medium& medium, const Occluder& occluder,
+                             const std::vector<Surface>& surfaces, const Walls& walls)
+    : medium_(medium),
+      surfaces_(surfaces),
+      walls_(walls),
+      stretch_(medium.transform().voxelSize() / medium.transform().meanVoxelSize()),
+      wavefront_(medium.density.topology, stretch_, offPlanes()),
+      cuts_(findSurfaceCuts(wavefront_, medium.transform(), occluder, surfaces)) {}
+
+Field<float> ReturnedLight::factors(double extinction, int channel) const {
+  const Topology& topology = medium_.topology();
+  const double depth_per_density = extinction * medium_.transform().meanVoxelSize();
   Field<float> factor(topology, 1.0f);
   if (topology.blockCount() == 0) return factor;
-  const SurfaceLight light = lightThroughFaces(medium, extinction * h, stretch);
+  const auto probe = [&](const Obstacles* obstacles) {
+    return lightThroughFaces(wavefront_, medium_, walls_, depth_per_density, obstacles);
+  };
+  FaceLight light;
+  if (cuts_.empty()) {
+    light = probe(nullptr);
+  } else {
+    SurfaceLight surfaces(wavefront_, cuts_, surfaces_, channel);
+    const Obstacles obstacles = surfaces.obstacles();
+    light = probe(&obstacles);
+    if (surfaces.reflects()) {
+      surfaces.turn();
+      light = probe(&obstacles);
+    }
+  }
 
   Field<float> smooth(
       topology);  // what x would be by the steps of a smooth surface, times the light that leaves
   forEachBlock(topology.blockCount(), [&](size_t b) {
     float area[kBlockVoxels];
-    areaFactors(topology, stretch, b, area);
-    const float *rho = medium.density.values.block(b), *leaving = light.leaving.block(b);
+    areaFactors(topology, stretch_, b, area);
+    const float *rho = medium_.density.values.block(b), *leaving = light.leaving.block(b);
     for (int n = 0; n < kBlockVoxels; ++n) {
-      const float a = area[n], tau = static_cast<float>(extinction * h * rho[n]);
+      const float a = area[n], tau = static_cast<float>(depth_per_density * rho[n]);
       smooth.block(b)[n] = leaving[n] * std::min(a, a / (2 - a) + (1 - a) / (1 + 1.5f * tau));
     }
   });
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    BlockMask surface = openFaces(topology, b, 0);
-    for (int face = 1; face < 6; ++face) surface |= openFaces(topology, b, face);
+    BlockMask surface = openFaces(topology, walls_, b, 0);
+    for (int face = 1; face < 6; ++face) surface |= openFaces(topology, walls_, b, face);
     if (surface.isOff()) return;
     const RunningSums entering(topology, light.entering, b), leaving(topology, light.leaving, b),
         smooth_sum(topology, smooth, b);

@@ -1,7 +1,8 @@
 #pragma once
 
-#include "grid/field.h"
+#include "diffusion/walls.h"
 #include "medium/medium.h"
+#include "surfaces/surface_cuts.h"
 
 namespace vdb_diffuse {
 
@@ -18,8 +19,28 @@ namespace vdb_diffuse {
 /// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where it
 /// holds within 4 %).
 ///
-/// \param extinction  of the equation's medium, 1/(length density)
-/// \return the factor min(1, x / min(a, m)) on the area factors, in (0, 1]; 1 where a voxel has no outer face
-Field<float> returnedLight(const Medium& medium, double extinction);
+/// Surfaces stop the probe's rays, and what reaches one that reflects is thrown back in a second pass: a
+/// bright ground makes the outer faces of a cloud above it leak less. Faces with a wall of their own in the
+/// equation do not count.
+class ReturnedLight {
+ public:
+  /// All arguments must outlive the object.
+  ReturnedLight(const Medium& medium, const Occluder& occluder, const std::vector<Surface>& surfaces,
+                const Walls& walls);
+
+  /// \param extinction  of the equation's medium, 1/(length density)
+  /// \param channel  of the surfaces' albedos
+  /// \return the factor min(1, x / min(a, m)) on the area factors, in (0, 1]; 1 where a voxel has no outer
+  /// face
+  Field<float> factors(double extinction, int channel) const;
+
+ private:
+  const Medium& medium_;
+  const std::vector<Surface>& surfaces_;
+  const Walls& walls_;
+  const Vec3d stretch_;
+  const Wavefront wavefront_;
+  const SurfaceCuts cuts_;
+};
 
 }  // namespace vdb_diffuse
