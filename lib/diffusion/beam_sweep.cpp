@@ -96,7 +96,7 @@ struct RayLight {
 /// A place along a ray where surfaces change the light to `radiance`.
 struct Change {
   double t;
-  Vec3d power;
+  ReflectedLight::Radiance power;
 };
 
 /// (1 - exp(-tau)) / tau; the series' first term left out is below 1e-9.
@@ -171,10 +171,12 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
     while (travelled < end) {
       auto hit = occluder_.closest(origin, beam.direction, end - travelled);
       if (!hit) return;
-      Change change{t_start + (travelled + hit->distance) / lattice.length, Vec3d(0)};
+      Change change{t_start + (travelled + hit->distance) / lattice.length, {}};
       if (beam.from_surfaces) {
         hit->front = !hit->front;  // light goes on from the side that a forward ray does not meet
-        change.power = reflected_.radiance(*hit, origin, beam.direction) * beam.weight;
+        change.power = reflected_.radiance(*hit, origin, beam.direction);
+        change.power.direct *= beam.weight;
+        change.power.beam *= beam.weight;
       }
       changes.push_back(change);
       if (!beam.from_surfaces) return;  // dark from here on
@@ -187,10 +189,13 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
     changesOf(p, changes);
     if (beam.from_surfaces && changes.empty()) return;
     RayLight light;
-    const auto set = [&](const Vec3d& power) {
-      for (int c = 0; c < channels; ++c) light.direct[c] = light.beam[c] = power[c] * share;
+    const auto set = [&](const ReflectedLight::Radiance& power) {
+      for (int c = 0; c < channels; ++c) {
+        light.direct[c] = power.direct[c] * share;
+        light.beam[c] = power.beam[c] * share;
+      }
     };
-    set(beam.power);
+    set({beam.power, beam.power});
     size_t next = 0;
     double brightest = light.largest(channels);
     const auto deposit = [&](size_t block, int voxel, double t0, double t1) {

@@ -22,6 +22,12 @@ bool grey(const Vec3d& c) {
   return c[0] == c[1] && c[0] == c[2];
 }
 
+Vec3d beamExtinction(const Medium& medium, Model model) {
+  Vec3d sigma;
+  for (int c = 0; c < 3; ++c) sigma[c] = channelOptics(medium.optics, c, model).sigma_t_beam;
+  return sigma;
+}
+
 /// From so many beams on, as a dome has, they average among themselves and each takes one ray per voxel.
 constexpr int kManyBeams = 16;
 
@@ -48,7 +54,7 @@ class Gatherer {
       : medium_(medium),
         occluder_(occluder),
         lights_(sampleLights(scene, settings.lights)),
-        reflected_(medium, lights_, scene.surfaces, occluder),
+        reflected_(medium, beamExtinction(medium, model), lights_, scene.surfaces, occluder),
         gather_(reflected_.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>()),
         channels_(medium.optics.grey() && greyLight(scene) ? 1 : 3),
         rays_(std::max(1, settings.rays_per_voxel)),
@@ -118,6 +124,11 @@ class Gatherer {
 
   /// Adds light of mean intensity `power` (before attenuation) that travels along `direction`.
   void add(const Vec3d& power, const Vec3d& direction, const LightPath& path, Gathered& sum) const {
+    add(power, power, direction, path, sum);
+  }
+  /// \param power_beam  the same in the rescaled medium
+  void add(const Vec3d& power, const Vec3d& power_beam, const Vec3d& direction, const LightPath& path,
+           Gathered& sum) const {
     Vec3d axis;
     for (int a = 0; a < 3; ++a)
       axis[a] = direction.dot(medium_.transform().axis(a)) / medium_.transform().axis(a).length();
@@ -136,7 +147,7 @@ class Gatherer {
         continue;
       }
       const double sigma_beam = optics_[c].sigma_t_beam;
-      const double beam = power[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
+      const double beam = power_beam[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
       sum.beam[c] += beam;
       sum.beam_flux[c] += axis * beam;
       addSecond(beam);
@@ -206,9 +217,9 @@ class Gatherer {
     const Vec3d centre = voxel.asVec3d(), from = medium_.transform().toWorld(centre), toward = -direction;
     const auto hit = occluder_.closest(from, toward, std::numeric_limits<double>::infinity());
     if (!hit) return;
-    const Vec3d radiance = reflected_.radiance(*hit, from, toward);
-    if (radiance.isZero()) return;
-    add(radiance / static_cast<double>(gather_.size()), direction,
+    const ReflectedLight::Radiance radiance = reflected_.radiance(*hit, from, toward);
+    const double weight = 1.0 / static_cast<double>(gather_.size());
+    add(radiance.direct * weight, radiance.beam * weight, direction,
         lightPath(medium_.density, rho, centre, centre, toward, hit->distance, enough_), sum);
   }
 };

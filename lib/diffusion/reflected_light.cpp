@@ -44,15 +44,23 @@ struct ReflectedLight::Impl {
   const LightSamples& lights;
   const std::vector<Surface>& surfaces;
   const Occluder& occluder;
+  const Vec3d sigma_t, sigma_t_beam;
   bool any = false;
   double voxel, enough;
   Vec3d low, high;  // world box of the volume
-  mutable tbb::concurrent_hash_map<CellKey, Vec3d, HashCell> cells;
+  mutable tbb::concurrent_hash_map<CellKey, Radiance, HashCell> cells;
 
-  Impl(const Medium& m, const LightSamples& l, const std::vector<Surface>& s, const Occluder& o)
-      : medium(m), lights(l), surfaces(s), occluder(o), voxel(m.transform().meanVoxelSize()) {
-    const Vec3d sigma_t = medium.optics.sigmaT();
-    enough = kOpaque / std::min({sigma_t[0], sigma_t[1], sigma_t[2]});
+  Impl(const Medium& m, const Vec3d& beam, const LightSamples& l, const std::vector<Surface>& s,
+       const Occluder& o)
+      : medium(m),
+        lights(l),
+        surfaces(s),
+        occluder(o),
+        sigma_t(m.optics.sigmaT()),
+        sigma_t_beam(beam),
+        voxel(m.transform().meanVoxelSize()) {
+    const Vec3d thinnest = openvdb::math::minComponent(sigma_t, sigma_t_beam);
+    enough = kOpaque / std::min({thinnest[0], thinnest[1], thinnest[2]});
     for (const Surface& surface : surfaces)
       any = any || (!surface.albedo.isZero() && !surface.mesh.triangles.empty());
     any = any && (!lights.beams.empty() || !lights.points.empty()) && medium.topology().blockCount() > 0;
@@ -68,23 +76,25 @@ struct ReflectedLight::Impl {
     }
   }
 
-  Vec3d transmittance(const Vec3d& from, const Vec3d& toward, double distance) const {
+  /// Adds light of this irradiance that comes from `toward`, less what the medium takes.
+  void add(const Vec3d& power, const Vec3d& from, const Vec3d& toward, double distance, Radiance& sum) const {
     const double column = columnDensity(medium.density, medium.transform().toIndex(from),
                                         medium.transform().directionToIndex(toward), 0, distance, enough);
-    const Vec3d sigma_t = medium.optics.sigmaT();
-    return Vec3d(std::exp(-sigma_t[0] * column), std::exp(-sigma_t[1] * column),
-                 std::exp(-sigma_t[2] * column));
+    for (int c = 0; c < 3; ++c) {
+      sum.direct[c] += power[c] * std::exp(-sigma_t[c] * column);
+      sum.beam[c] += power[c] * std::exp(-sigma_t_beam[c] * column);
+    }
   }
 
   /// W/m2 on the side of a surface that `normal` points away from.
-  Vec3d irradiance(const Vec3d& point, const Vec3d& normal) const {
+  Radiance irradiance(const Vec3d& point, const Vec3d& normal) const {
     const Vec3d from = point + normal * (1e-3 * voxel);  // off the surface itself
-    Vec3d sum(0);
+    Radiance sum;
     for (const BeamSample& beam : lights.beams) {
       const double cosine = -beam.direction.dot(normal);
       constexpr double kFar = std::numeric_limits<double>::infinity();
       if (cosine <= 0 || occluder.hidden(from, -beam.direction, kFar)) continue;
-      sum += beam.irradiance * transmittance(from, -beam.direction, kFar) * cosine;
+      add(beam.irradiance * cosine, from, -beam.direction, kFar, sum);
     }
     for (const PointSample& light : lights.points) {
       const Vec3d separation = light.position - from;
@@ -93,30 +103,31 @@ struct ReflectedLight::Impl {
       const Vec3d toward = separation / r;
       const double cosine = toward.dot(normal), falloff = light.falloff(-toward);
       if (cosine <= 0 || falloff <= 0 || occluder.hidden(from, toward, r)) continue;
-      sum += light.intensity * transmittance(from, toward, r) * (cosine * falloff / (r * r));
+      add(light.intensity * (cosine * falloff / (r * r)), from, toward, r, sum);
     }
     return sum;
   }
 };
 
-ReflectedLight::ReflectedLight(const Medium& medium, const LightSamples& lights,
+ReflectedLight::ReflectedLight(const Medium& medium, const Vec3d& sigma_t_beam, const LightSamples& lights,
                                const std::vector<Surface>& surfaces, const Occluder& occluder)
-    : impl_(std::make_unique<Impl>(medium, lights, surfaces, occluder)) {}
+    : impl_(std::make_unique<Impl>(medium, sigma_t_beam, lights, surfaces, occluder)) {}
 ReflectedLight::~ReflectedLight() = default;
 
 bool ReflectedLight::any() const {
   return impl_->any;
 }
 
-Vec3d ReflectedLight::radiance(const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction) const {
+ReflectedLight::Radiance ReflectedLight::radiance(const Occluder::Hit& hit, const Vec3d& origin,
+                                                  const Vec3d& direction) const {
   const Surface& surface = impl_->surfaces[hit.surface];
-  if (surface.albedo.isZero()) return Vec3d(0);
+  if (surface.albedo.isZero()) return {};
   const auto& t = surface.mesh.triangles[hit.triangle];
   const Vec3d &a = surface.mesh.positions[t[0]], &b = surface.mesh.positions[t[1]],
               &c = surface.mesh.positions[t[2]];
   Vec3d normal = (b - a).cross(c - a);
   const double area = normal.length();
-  if (!(area > 0)) return Vec3d(0);
+  if (!(area > 0)) return {};
   normal /= area;
   const Vec3d u = (b - a) / (b - a).length(), v = normal.cross(u);
   const Vec3d p = origin + direction * hit.distance;
@@ -132,7 +143,9 @@ Vec3d ReflectedLight::radiance(const Occluder::Hit& hit, const Vec3d& origin, co
   decltype(impl_->cells)::const_accessor found;
   if (impl_->cells.find(found, key)) return found->second;
   const Vec3d middle = a + u * ((key.i + 0.5) * cell) + v * ((key.j + 0.5) * cell);
-  const Vec3d radiance = surface.albedo * impl_->irradiance(middle, hit.front ? normal : -normal) / M_PI;
+  Radiance radiance = impl_->irradiance(middle, hit.front ? normal : -normal);
+  radiance.direct *= surface.albedo / M_PI;
+  radiance.beam *= surface.albedo / M_PI;
   impl_->cells.insert({key, radiance});
   return radiance;
 }

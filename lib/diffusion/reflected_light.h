@@ -13,15 +13,21 @@ namespace vdb_diffuse {
 /// plane of each triangle (cells grow with the distance from the volume) and kept.
 class ReflectedLight {
  public:
-  ReflectedLight(const Medium& medium, const LightSamples& lights, const std::vector<Surface>& surfaces,
-                 const Occluder& occluder);
+  /// \param sigma_t_beam  extinction of the rescaled medium by channel, 1/(length density)
+  ReflectedLight(const Medium& medium, const Vec3d& sigma_t_beam, const LightSamples& lights,
+                 const std::vector<Surface>& surfaces, const Occluder& occluder);
   ~ReflectedLight();
 
   /// True where some surface has an albedo and some light shines.
   bool any() const;
-  /// Radiance that leaves a surface toward a ray that met it, W/m2/sr. `hit` came from
+  /// W/m2/sr: of the lights through the medium as it is, and through the rescaled one, where what scatters
+  /// nearly straight on reaches the surface too.
+  struct Radiance {
+    Vec3d direct{0, 0, 0}, beam{0, 0, 0};
+  };
+  /// Radiance that leaves a surface toward a ray that met it. `hit` came from
   /// `occluder.closest(origin, direction, ...)`. The same for every caller, thread and order of calls.
-  Vec3d radiance(const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction) const;
+  Radiance radiance(const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction) const;
 
  private:
   struct Impl;
