@@ -22,9 +22,9 @@ bool grey(const Vec3d& c) {
   return c[0] == c[1] && c[0] == c[2];
 }
 
-Vec3d beamExtinction(const Medium& medium, Model model) {
+Vec3d beamExtinction(const Medium& medium, Model model, int phase_order) {
   Vec3d sigma;
-  for (int c = 0; c < 3; ++c) sigma[c] = channelOptics(medium.optics, c, model).sigma_t_beam;
+  for (int c = 0; c < 3; ++c) sigma[c] = channelOptics(medium.optics, c, model, phase_order).sigma_t_beam;
   return sigma;
 }
 
@@ -54,7 +54,8 @@ class Gatherer {
       : medium_(medium),
         occluder_(occluder),
         lights_(sampleLights(scene, settings.lights)),
-        reflected_(medium, beamExtinction(medium, model), lights_, scene.surfaces, occluder),
+        reflected_(medium, beamExtinction(medium, model, settings.phase_order), lights_, scene.surfaces,
+                   occluder),
         gather_(reflected_.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>()),
         channels_(medium.optics.grey() && greyLight(scene) ? 1 : 3),
         rays_(std::max(1, settings.rays_per_voxel)),

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include "medium/angular_basis.h"
+#include "surfaces/surface_light.h"
 #include "transport/error_estimate.h"
 #include "transport/source.h"
 
@@ -26,6 +29,12 @@ struct Ratio {
   }
 };
 
+/// A set of directions on the grid, and where surfaces cut their rays.
+struct Rays {
+  Wavefront wavefront;
+  SurfaceCuts cuts;
+};
+
 class Refinement {
  public:
   Refinement(const Medium& medium, const DiffuseSettings& settings, const TransportSettings& transport)
@@ -33,10 +42,6 @@ class Refinement {
 
   void operator()(ChannelSolution& channel) {
     const Equation& e = channel.equation;
-    if (!wavefront_)
-      wavefront_ = std::make_unique<Wavefront>(medium_.density.topology,
-                                               Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]),
-                                               levelSymmetric(transport_.order));
     setUpCorrection(channel);
     second_.clear();
     formBeamSlope(channel, medium_, beam_slope_);
@@ -45,10 +50,19 @@ class Refinement {
       for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
       diffusiveFlux(e, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, &channel.flux);
     }
+    std::optional<SurfaceLight> around;
     ErrorEstimate estimate(meanDepth(e), medium_.optics.g);
     for (int k = 0; k < transport_.sweeps; ++k) {
       if (settings_.progress) settings_.progress("sweeps", static_cast<double>(k) / transport_.sweeps);
-      channel.estimated_error = estimate.afterStep(step(channel, vectors));
+      if (k == 0 || k == transport_.coarse_sweeps) {
+        rays_ = &raysOf(k < transport_.coarse_sweeps ? transport_.order : transport_.fine_order, channel);
+        around.reset();
+        if (!rays_->cuts.empty())
+          around.emplace(rays_->wavefront, rays_->cuts, *e.settings.surfaces, e.channel);
+        // Without it the light between medium and ground would lag behind by one sweep.
+        if (around && around->reflects()) sweepFrom(channel, 0, &*around);
+      }
+      channel.estimated_error = estimate.afterStep(step(channel, vectors, around ? &*around : nullptr));
       ++channel.sweeps;
       if (transport_.error && *channel.estimated_error <= *transport_.error) break;
     }
@@ -58,7 +72,8 @@ class Refinement {
   const Medium& medium_;
   const DiffuseSettings settings_;
   const TransportSettings transport_;
-  std::unique_ptr<Wavefront> wavefront_;
+  std::map<int, Rays> rays_by_order_;
+  const Rays* rays_ = nullptr;          // of the sweep at hand
   VectorField beam_slope_;              // of the channel at hand
   std::vector<Field<float>> second_;    // moments of its light
   const Equation* equation_ = nullptr;  // whose correction is set up
@@ -66,6 +81,17 @@ class Refinement {
   Multigrid* multigrid_ = nullptr;
   std::unique_ptr<Equation> damped_;
   std::unique_ptr<Multigrid> damped_multigrid_;
+
+  const Rays& raysOf(int order, const ChannelSolution& channel) {
+    const auto found = rays_by_order_.find(order);
+    if (found != rays_by_order_.end()) return found->second;
+    const Equation& e = channel.equation;
+    Wavefront wavefront(medium_.density.topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]),
+                        levelSymmetric(order));
+    SurfaceCuts cuts =
+        findSurfaceCuts(wavefront, medium_.transform(), channel.occluder, *e.settings.surfaces);
+    return rays_by_order_.emplace(order, Rays{std::move(wavefront), std::move(cuts)}).first->second;
+  }
 
   /// Optical depth of a voxel in the swept medium, weighted by density.
   double meanDepth(const Equation& e) const {
@@ -82,13 +108,22 @@ class Refinement {
     return sums.below > 0 ? e.optics.sigma_t_beam * e.h * sums.above / sums.below : 0;
   }
 
-  /// One sweep and the correction that follows it; returns by how much the light has changed, RMS weighted by
-  /// density over that of the result.
-  double step(ChannelSolution& channel, bool vectors) {
-    const Topology& topology = medium_.topology();
+  /// A sweep of the light as it is; afterwards surfaces send out what it has brought them.
+  SweepResult sweepFrom(const ChannelSolution& channel, size_t moments, SurfaceLight* surfaces) const {
     SweepSource source;
     formSweepSource(channel, medium_, beam_slope_, second_, source);
-    SweepResult swept = sweep(*wavefront_, source, vectors ? kFirstOrder : 0);
+    if (!surfaces) return sweep(rays_->wavefront, source, moments);
+    const Obstacles obstacles = surfaces->obstacles();
+    SweepResult swept = sweep(rays_->wavefront, source, moments, &obstacles);
+    surfaces->turn();
+    return swept;
+  }
+
+  /// One sweep and the correction that follows it; returns by how much the light has changed, RMS weighted by
+  /// density over that of the result.
+  double step(ChannelSolution& channel, bool vectors, SurfaceLight* surfaces) {
+    const Topology& topology = medium_.topology();
+    SweepResult swept = sweepFrom(channel, vectors ? kFirstOrder : 0, surfaces);
     const Field<float> R = imbalance(channel, swept);
     Field<double> d(topology);
     solveCorrection(channel, R, d);

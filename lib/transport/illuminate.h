@@ -7,8 +7,10 @@ namespace vdb_diffuse {
 struct TransportSettings {
   int sweeps = 1;  ///< after the diffusion solve, each followed by a correction
   std::optional<double>
-      error;      ///< sweep until the estimated error is at most this; `sweeps` is then the most
-  int order = 8;  ///< of the level-symmetric set: 80 directions
+      error;            ///< sweep until the estimated error is at most this; `sweeps` is then the most
+  int order = 8;        ///< of the level-symmetric set: 80 directions
+  int fine_order = 12;  ///< 168 directions, after this many sweeps: what is left by then is theirs
+  int coarse_sweeps = 2;
 };
 
 /// Diffusion, then transport sweeps that buy its model error down.
