@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
+#include <memory>
 
 #include "medium/angular_basis.h"
 #include "surfaces/surface_light.h"
@@ -50,7 +50,7 @@ class Refinement {
       for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
       diffusiveFlux(e, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, &channel.flux);
     }
-    std::optional<SurfaceLight> around;
+    std::unique_ptr<SurfaceLight> around;
     ErrorEstimate estimate(meanDepth(e), medium_.optics.g);
     for (int k = 0; k < transport_.sweeps; ++k) {
       if (settings_.progress) settings_.progress("sweeps", static_cast<double>(k) / transport_.sweeps);
@@ -58,11 +58,12 @@ class Refinement {
         rays_ = &raysOf(k < transport_.coarse_sweeps ? transport_.order : transport_.fine_order, channel);
         around.reset();
         if (!rays_->cuts.empty())
-          around.emplace(rays_->wavefront, rays_->cuts, *e.settings.surfaces, e.channel);
+          around =
+              std::make_unique<SurfaceLight>(rays_->wavefront, rays_->cuts, *e.settings.surfaces, e.channel);
         // Without it the light between medium and ground would lag behind by one sweep.
-        if (around && around->reflects()) sweepFrom(channel, 0, &*around);
+        if (around && around->reflects()) sweepFrom(channel, 0, around.get());
       }
-      channel.estimated_error = estimate.afterStep(step(channel, vectors, around ? &*around : nullptr));
+      channel.estimated_error = estimate.afterStep(step(channel, vectors, around.get()));
       ++channel.sweeps;
       if (transport_.error && *channel.estimated_error <= *transport_.error) break;
     }
