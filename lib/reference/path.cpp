@@ -165,8 +165,13 @@ class Follower : public PathFollower {
     float transmittance[C], travelled = 0;
     for (float& t : transmittance) t = 1;
     double at = start;
+    float block_at = 0;
     walk_.walk<kRecord>(records_, place, d, static_cast<float>(limit - start), travelled,
                         [&](size_t i, float rho, float& length) {
+                          if (travelled != block_at) {  // in another block, perhaps beyond a gap
+                            block_at = travelled;
+                            at = start + travelled;
+                          }
                           stretches_.push_back({static_cast<int32_t>(i / kBlockVoxels), rho, at, column});
                           const float inside = rho * length;
                           for (int c = 0; c < C; ++c) {

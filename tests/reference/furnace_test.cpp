@@ -53,6 +53,24 @@ TEST(ReferenceFurnace, RadianceIsThatOfTheSky) {
   }
 }
 
+// Every other block is missing: a ray that has crossed a gap collides where it is then, not where it would be
+// without the gap.
+TEST(ReferenceFurnace, GapsBetweenBlocksChangeNothing) {
+  Medium medium = boxMedium(Coord(40, 40, 40), Transform(),
+                            [](Coord p) { return (p[0] / 8 + p[1] / 8 + p[2] / 8) % 2 ? -1.0 : 1.0; });
+  setOptics(medium, 0.2, 1);
+  Scene scene;
+  scene.lights.push_back({"sky", DomeLight{Vec3d(kL), nullptr, 0}});
+  Repeated means;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    const ReferenceResult result = reference(medium, scene, paths(2e4, seed));
+    means.values.push_back(
+        (meanOf(medium.topology(), result.direct[0]) + meanOf(medium.topology(), result.diffuse[0])) / kL);
+  }
+  expectMean(means, 1);
+  EXPECT_LT(means.error(), 0.003);
+}
+
 TEST(ReferenceFurnace, ColouredExtinctionChangesNothing) {
   for (const Furnace& f : {Furnace{2, 1, 0.3, Vec3d(1, 0.5, 3)}, Furnace{2, 0.8, 0, Vec3d(4, 1, 0.2)},
                            Furnace{2, 1, 0, Vec3d(1, 0.5, 3), true}}) {
