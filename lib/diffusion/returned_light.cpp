@@ -10,6 +10,9 @@
 namespace vdb_diffuse {
 namespace {
 
+/// Of the rays from the volume's middle, in voxels: through the middle itself they would meet the edges of
+/// voxels, and rounding would decide which side they pass.
+constexpr double kAside = 0.17;
 constexpr float kMostReturned = 0.98f;  // what is closed more tightly than that leaks by diffusion anyway
 
 /// Voxels of a block whose face looks at one that is not active, with no wall between.
@@ -162,7 +165,7 @@ ReturnedLight::ReturnedLight(const Medium& medium, const Occluder& occluder,
       surfaces_(surfaces),
       walls_(walls),
       stretch_(medium.transform().voxelSize() / medium.transform().meanVoxelSize()),
-      wavefront_(medium.density.topology, stretch_, offPlanes()),
+      wavefront_(medium.density.topology, stretch_, offPlanes(), kAside),
       cuts_(findSurfaceCuts(wavefront_, medium.transform(), occluder, surfaces)) {}
 
 Field<float> ReturnedLight::factors(double extinction, int channel) const {

@@ -6,10 +6,6 @@
 namespace vdb_diffuse {
 namespace {
 
-/// Of the lattice from the middle, in voxels, toward where the rays go: through the middle itself they would
-/// meet the edges of voxels, and rounding would decide which side they pass.
-constexpr double kAside = 0.17;
-
 /// The rays' steps through a layer that they enter at (e_u, e_v) from a voxel's centre, moving by (d_u, d_v).
 Layer stepsOf(int shift_u, int shift_v, double e_u, double e_v, double d_u, double d_v, int sign) {
   constexpr double kNothing = 1e-9;  // a step shorter than this is rounding
@@ -55,7 +51,7 @@ Layer stepsOf(int shift_u, int shift_v, double e_u, double e_v, double d_u, doub
 }  // namespace
 
 RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, const Coord& lowest,
-                          const Coord& highest, const Vec3d& middle) {
+                          const Coord& highest, const Vec3d& middle, double aside) {
   RayLattice lattice;
   lattice.s = s;
   lattice.weight = weight;
@@ -80,8 +76,8 @@ RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, c
   for (int layer = lowest[w]; layer <= highest[w]; ++layer) {
     const double travelled =
         lattice.sign * (layer - middle[w]) - 0.5;  // from the middle to the layer's near side
-    const double at_u = middle[u] + std::copysign(kAside, d_u) + d_u * travelled,
-                 at_v = middle[v] + std::copysign(kAside, d_v) + d_v * travelled;
+    const double at_u = middle[u] + std::copysign(aside, d_u) + d_u * travelled,
+                 at_v = middle[v] + std::copysign(aside, d_v) + d_v * travelled;
     const double shift_u = std::floor(at_u + 0.5), shift_v = std::floor(at_v + 0.5);
     lattice.layers.push_back(stepsOf(static_cast<int>(shift_u), static_cast<int>(shift_v), at_u - shift_u,
                                      at_v - shift_v, d_u, d_v, lattice.sign));

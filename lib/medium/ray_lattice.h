@@ -49,7 +49,9 @@ struct RayLattice {
 };
 
 /// \param lowest, highest  corners of the blocks, inclusive;  \param middle  of the active voxels
+/// \param aside  of the lattice from the middle, in voxels, toward where the rays go. 0: the rays of s and -s
+/// are the same lines, so that what a voxel's mean misses by where they run in it cancels in the flux.
 RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, const Coord& lowest,
-                          const Coord& highest, const Vec3d& middle);
+                          const Coord& highest, const Vec3d& middle, double aside = 0);
 
 }  // namespace vdb_diffuse

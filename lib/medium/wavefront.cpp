@@ -35,7 +35,7 @@ double raysOf(const Topology& topology, size_t directions) {
 }  // namespace
 
 Wavefront::Wavefront(std::shared_ptr<const Topology> topology, const Vec3d& stretch,
-                     const DirectionSet& directions)
+                     const DirectionSet& directions, double aside)
     : topology_(std::move(topology)) {
   if (topology_->blockCount() == 0) return;
   if (raysOf(*topology_, directions.size()) > kMostRays)
@@ -45,8 +45,8 @@ Wavefront::Wavefront(std::shared_ptr<const Topology> topology, const Vec3d& stre
   for (size_t n = 0; n < directions.size(); ++n) {
     const Vec3d& s = directions.s[n];
     const int octant = (s[0] < 0 ? 4 : 0) + (s[1] < 0 ? 2 : 0) + (s[2] < 0 ? 1 : 0);
-    lattices_[octant].push_back(
-        makeRayLattice(s, directions.weight[n], stretch, topology_->lowest(), topology_->highest(), middle));
+    lattices_[octant].push_back(makeRayLattice(s, directions.weight[n], stretch, topology_->lowest(),
+                                               topology_->highest(), middle, aside));
   }
   for (int octant = 0; octant < kOctants; ++octant) orderBlocks(octant);
 }

@@ -21,8 +21,10 @@ class Wavefront {
   using Rays = std::vector<AlignedArray<float>>;  ///< a plane for each direction of an octant
 
   /// \param stretch  voxel size along each axis over the mean voxel size
+  /// \param aside  of the rays, see makeRayLattice
   /// \throws InputError where the planes would take more memory than a grid of a billion voxels
-  Wavefront(std::shared_ptr<const Topology> topology, const Vec3d& stretch, const DirectionSet& directions);
+  Wavefront(std::shared_ptr<const Topology> topology, const Vec3d& stretch, const DirectionSet& directions,
+            double aside = 0);
 
   const Topology& topology() const { return *topology_; }
   const std::vector<RayLattice>& lattices(int octant) const { return lattices_[octant]; }
