@@ -1,5 +1,6 @@
 #include "diffusion/diffuse.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -174,6 +175,9 @@ class Diffusion {
     result_.converged = result_.converged && channel.converged;
     result_.iterations = std::max(result_.iterations, channel.iterations);
     result_.sweeps = std::max(result_.sweeps, channel.sweeps);
+    for (const std::string& warning : channel.warnings)
+      if (std::find(result_.warnings.begin(), result_.warnings.end(), warning) == result_.warnings.end())
+        result_.warnings.push_back(warning);
     if (channel.estimated_error)
       result_.estimated_error = std::max(result_.estimated_error.value_or(0), *channel.estimated_error);
     result_.relative_residual = std::max(result_.relative_residual, channel.relative_residual);

@@ -40,6 +40,7 @@ struct ChannelSolution {
   double relative_residual = 0;
   int sweeps = 0;                         ///< of transport that were made
   std::optional<double> estimated_error;  ///< relative, if `refine` has formed one
+  std::vector<std::string> warnings;
 };
 
 struct DiffuseSettings {

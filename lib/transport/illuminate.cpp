@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <memory>
 
@@ -29,11 +30,31 @@ struct Ratio {
   }
 };
 
+/// Voxels of more optical depths on average, weighted by density, are not swept. At ten, one sweep was
+/// further from Monte Carlo than none; a cloud of six with a densest voxel of twelve gained by it.
+constexpr double kThickestVoxels = 7;
+/// Thinner ones have never been seen to diverge, and nothing is kept to return to.
+constexpr double kThinVoxels = 0.5;
+
+/// What a step changes.
+struct Light {
+  Field<double> I0;
+  VectorField flux;
+  double escaped = 0;
+  bool converged = true;
+  double relative_residual = 0;
+};
+
 /// A set of directions on the grid, and where surfaces cut their rays.
 struct Rays {
   Wavefront wavefront;
   SurfaceCuts cuts;
 };
+
+/// Where the swept light leaves the medium this much faster than the correction's operator would let the same
+/// light go, the operator's openings are widened: one that holds back too much overshoots, from twice too
+/// much on for ever.
+constexpr double kMostLeakRatio = 1.2;
 
 class Refinement {
  public:
@@ -51,11 +72,24 @@ class Refinement {
       diffusiveFlux(e, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, &channel.flux);
     }
     std::unique_ptr<SurfaceLight> around;
-    ErrorEstimate estimate(meanDepth(e), medium_.optics.g);
+    const double depth = meanDepth(e);
+    if (depth > kThickestVoxels) {
+      char text[160];
+      std::snprintf(
+          text, sizeof text,
+          "no transport sweeps: a voxel has %.3g optical depths on average, and above %g diffusion alone is "
+          "nearer; use a finer volume",
+          depth, kThickestVoxels);
+      channel.warnings.push_back(text);
+      return;
+    }
+    ErrorEstimate estimate(depth, medium_.optics.g);
+    double last_change = HUGE_VAL;
     for (int k = 0; k < transport_.sweeps; ++k) {
       if (settings_.progress) settings_.progress("sweeps", static_cast<double>(k) / transport_.sweeps);
       if (k == 0 || k == transport_.coarse_sweeps) {
         rays_ = &raysOf(k < transport_.coarse_sweeps ? transport_.order : transport_.fine_order, channel);
+        last_change = HUGE_VAL;  // other directions, other errors of theirs
         around.reset();
         if (!rays_->cuts.empty())
           around =
@@ -63,7 +97,22 @@ class Refinement {
         // Without it the light between medium and ground would lag behind by one sweep.
         if (around && around->reflects()) sweepFrom(channel, 0, around.get());
       }
-      channel.estimated_error = estimate.afterStep(step(channel, vectors, around.get()));
+      const Light before = depth > kThinVoxels && k > 0 ? Light{channel.I0, channel.flux, channel.escaped,
+                                                                channel.converged, channel.relative_residual}
+                                                        : Light();
+      const double change = step(channel, vectors, around.get());
+      if (!before.I0.empty() && !(change < last_change)) {
+        channel.I0 = before.I0;
+        channel.flux = before.flux;
+        channel.escaped = before.escaped;
+        channel.converged = before.converged;
+        channel.relative_residual = before.relative_residual;
+        channel.warnings.push_back("sweeps no longer come nearer to each other after the first " +
+                                   std::to_string(k) + "; the result is that of those");
+        break;
+      }
+      last_change = change;
+      channel.estimated_error = estimate.afterStep(change);
       ++channel.sweeps;
       if (transport_.error && *channel.estimated_error <= *transport_.error) break;
     }
@@ -125,6 +174,8 @@ class Refinement {
   double step(ChannelSolution& channel, bool vectors, SurfaceLight* surfaces) {
     const Topology& topology = medium_.topology();
     SweepResult swept = sweepFrom(channel, vectors ? kFirstOrder : 0, surfaces);
+    const double leak = escapedBy(swept.mean);
+    if (leak > 0 && swept.escaped > kMostLeakRatio * leak) openCorrection(swept.escaped / leak);
     const Field<float> R = imbalance(channel, swept);
     Field<double> d(topology);
     solveCorrection(channel, R, d);
@@ -204,6 +255,28 @@ class Refinement {
     multigrid_ = damped_multigrid_.get();
   }
 
+  /// The correction with `factor` times the conductance through all open faces.
+  void openCorrection(double factor) {
+    const Topology& topology = medium_.topology();
+    const double tau_a = correction_->optics.sigma_a * correction_->h;
+    auto opened = std::make_unique<Equation>(*correction_);
+    const auto A = std::make_shared<Operator>(*correction_->A);
+    forEachBlock(topology.blockCount(), [&](size_t b) {
+      const float* rho = medium_.density.values.block(b);
+      for (auto it = topology.active(b).beginOn(); it; ++it) {
+        float& sink = A->sink.block(b)[it.pos()];
+        const float absorbing = static_cast<float>(tau_a * rho[it.pos()]);
+        sink = absorbing + static_cast<float>(factor) * (sink - absorbing);
+      }
+    });
+    formDiagonal(*A);
+    opened->A = A;
+    damped_ = std::move(opened);
+    damped_multigrid_ = std::make_unique<Multigrid>(A);
+    correction_ = damped_.get();
+    multigrid_ = damped_multigrid_.get();
+  }
+
   Field<float> imbalance(const ChannelSolution& channel, const SweepResult& swept) const {
     const Equation& e = channel.equation;
     const Topology& topology = medium_.topology();
@@ -224,8 +297,9 @@ class Refinement {
     return R;
   }
 
-  /// What the correction alone sends out through open faces.
-  double escapedBy(const Field<double>& d) const {
+  /// What light sends out through open faces, as the correction has it.
+  template <typename T>
+  double escapedBy(const Field<T>& d) const {
     const Topology& topology = medium_.topology();
     const double tau_a = correction_->optics.sigma_a * correction_->h;
     return sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
