@@ -16,8 +16,8 @@ namespace vdb_diffuse {
 /// over the outer faces within four voxels. A smooth surface made of voxels returns light to itself too, at
 /// its steps, and that is in the area factor a already: there x is a at least, and for thicker voxels m = a /
 /// (2 - a) + (1 - a) / (1 + 1.5 tau), tau the optical depth of a voxel at the surface (the first term is
-/// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where it
-/// holds within 4 %).
+/// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where the
+/// mean factor stays above 0.9).
 ///
 /// Surfaces stop the probe's rays, and what reaches one that reflects is thrown back in a second pass: a
 /// bright ground makes the outer faces of a cloud above it leak less. Faces with a wall of their own in the

@@ -31,8 +31,8 @@ struct Ratio {
 };
 
 /// Voxels of more optical depths on average, weighted by density, are not swept. At ten, one sweep was
-/// further from Monte Carlo than none; a cloud of six with a densest voxel of twelve gained by it.
-constexpr double kThickestVoxels = 7;
+/// further from Monte Carlo than none; a cloud whose densest voxel had eleven gained by four.
+constexpr double kThickestVoxels = 9;
 /// Thinner ones have never been seen to diverge, and nothing is kept to return to.
 constexpr double kThinVoxels = 0.5;
 
