@@ -204,7 +204,7 @@ void addBake(CLI::App& program, ExitStatus& status) {
       ->add_option(
           "--sweeps", flags->sweeps,
           "Transport sweeps after the diffusion solve: each buys a smaller error for more time; 0 is "
-          "diffusion alone (default: 1; with --error at most 16; 0 for other models)")
+          "diffusion alone (default: 2; with --error at most 16; 0 for other models)")
       ->type_name("K")
       ->check(CLI::Range(0, 100))
       ->group(method);

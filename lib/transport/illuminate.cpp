@@ -21,15 +21,6 @@ namespace {
 /// only converges later).
 constexpr float kMostResistance = 1;
 
-/// Two sums, one over the other.
-struct Ratio {
-  double above = 0, below = 0;
-  void operator+=(const Ratio& o) {
-    above += o.above;
-    below += o.below;
-  }
-};
-
 /// Voxels of more optical depths on average, weighted by density, are not swept. At ten, one sweep was
 /// further from Monte Carlo than none; a cloud whose densest voxel had eleven gained by four.
 constexpr double kThickestVoxels = 9;
@@ -44,6 +35,30 @@ struct Light {
   bool converged = true;
   double relative_residual = 0;
 };
+
+/// Two sums, one over the other.
+struct Ratio {
+  double above = 0, below = 0;
+  void operator+=(const Ratio& o) {
+    above += o.above;
+    below += o.below;
+  }
+};
+
+/// Optical depth of a voxel, weighted by density.
+double meanDepth(const Medium& medium, double sigma_t) {
+  const Topology& topology = medium.topology();
+  const Ratio sums = sumOverBlocks<Ratio>(topology.blockCount(), [&](size_t b) {
+    Ratio sum;
+    const float* rho = medium.density.values.block(b);
+    for (int n = 0; n < kBlockVoxels; ++n) {
+      sum.below += rho[n];
+      sum.above += static_cast<double>(rho[n]) * rho[n];
+    }
+    return sum;
+  });
+  return sums.below > 0 ? sigma_t * medium.transform().meanVoxelSize() * sums.above / sums.below : 0;
+}
 
 /// A set of directions on the grid, and where surfaces cut their rays.
 struct Rays {
@@ -63,6 +78,7 @@ class Refinement {
 
   void operator()(ChannelSolution& channel) {
     const Equation& e = channel.equation;
+    if (scaledNormSquared(*e.A, channel.rhs.b) == 0) return;  // no light
     setUpCorrection(channel);
     second_.clear();
     formBeamSlope(channel, medium_, beam_slope_);
@@ -72,17 +88,7 @@ class Refinement {
       diffusiveFlux(e, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, &channel.flux);
     }
     std::unique_ptr<SurfaceLight> around;
-    const double depth = meanDepth(e);
-    if (depth > kThickestVoxels) {
-      char text[160];
-      std::snprintf(
-          text, sizeof text,
-          "no transport sweeps: a voxel has %.3g optical depths on average, and above %g diffusion alone is "
-          "nearer; use a finer volume",
-          depth, kThickestVoxels);
-      channel.warnings.push_back(text);
-      return;
-    }
+    const double depth = meanDepth(medium_, e.optics.sigma_t_beam);
     ErrorEstimate estimate(depth, medium_.optics.g);
     double last_change = HUGE_VAL;
     for (int k = 0; k < transport_.sweeps; ++k) {
@@ -141,21 +147,6 @@ class Refinement {
     SurfaceCuts cuts =
         findSurfaceCuts(wavefront, medium_.transform(), channel.occluder, *e.settings.surfaces);
     return rays_by_order_.emplace(order, Rays{std::move(wavefront), std::move(cuts)}).first->second;
-  }
-
-  /// Optical depth of a voxel in the swept medium, weighted by density.
-  double meanDepth(const Equation& e) const {
-    const Topology& topology = medium_.topology();
-    Ratio sums = sumOverBlocks<Ratio>(topology.blockCount(), [&](size_t b) {
-      Ratio sum;
-      const float* rho = medium_.density.values.block(b);
-      for (int n = 0; n < kBlockVoxels; ++n) {
-        sum.below += rho[n];
-        sum.above += static_cast<double>(rho[n]) * rho[n];
-      }
-      return sum;
-    });
-    return sums.below > 0 ? e.optics.sigma_t_beam * e.h * sums.above / sums.below : 0;
   }
 
   /// A sweep of the light as it is; afterwards surfaces send out what it has brought them.
@@ -320,6 +311,21 @@ class Refinement {
 DiffuseResult illuminate(const Medium& medium, const Scene& scene, const DiffuseSettings& settings,
                          const TransportSettings& transport) {
   if (transport.sweeps <= 0) return diffuse(medium, scene, settings);
+  double depth = 0;
+  for (int c = 0; c < 3; ++c)
+    depth = std::max(
+        depth, meanDepth(medium, channelOptics(medium.optics, c, settings.model.model, 2).sigma_t_beam));
+  if (depth > kThickestVoxels) {
+    DiffuseResult result = diffuse(medium, scene, settings);
+    char text[160];
+    std::snprintf(
+        text, sizeof text,
+        "no transport sweeps: a voxel has %.3g optical depths on average, and above %g diffusion alone is "
+        "nearer; use a finer volume",
+        depth, kThickestVoxels);
+    result.warnings.push_back(text);
+    return result;
+  }
   const auto refinement = std::make_shared<Refinement>(medium, settings, transport);
   DiffuseSettings refined = settings;
   refined.source.phase_order = 2;

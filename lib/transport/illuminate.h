@@ -5,7 +5,7 @@
 namespace vdb_diffuse {
 
 struct TransportSettings {
-  int sweeps = 1;  ///< after the diffusion solve, each followed by a correction
+  int sweeps = 2;  ///< after the diffusion solve, each followed by a correction
   std::optional<double>
       error;            ///< sweep until the estimated error is at most this; `sweeps` is then the most
   int order = 8;        ///< of the level-symmetric set: 80 directions

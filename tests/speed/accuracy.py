@@ -112,6 +112,7 @@ class Row:
                 "seconds": seconds["total"] - seconds["read"] - seconds["write"],
                 "iterations": stats["iterations"], "closure": stats["energy"]["closure"],
                 "negative_voxels": stats["negative_voxels"], "converged": stats["converged"],
+                "estimated_error": stats["estimated_error"],
                 "reference_seconds": self.reference_seconds,
                 "command": shlex.join(self.bakeCommand(sweeps))}
 

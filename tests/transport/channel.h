@@ -17,6 +17,7 @@ struct Channel {
   VectorField Q1_flux;
   std::vector<Field<float>> Q2_moments;
   RightHandSide rhs;
+  Occluder nothing{std::vector<Surface>{}};
 
   Channel(Medium given, double cap = std::numeric_limits<double>::infinity())
       : medium(std::move(given)), Q0(medium.topology()) {
@@ -33,7 +34,7 @@ struct Channel {
   /// With the diffuse light I0(p) and no flux.
   template <typename Function>
   ChannelSolution solution(double scale, const Function& I0) {
-    ChannelSolution channel(*equation, *multigrid, Q0, &Q1_flux, &Q2_moments, rhs, scale);
+    ChannelSolution channel(*equation, *multigrid, Q0, &Q1_flux, &Q2_moments, rhs, nothing, scale);
     for (Field<float>& component : channel.flux) component = Field<float>(medium.topology());
     forEachVoxel(medium.topology(), [&](Coord p, size_t i) { channel.I0[i] = scale * I0(p); });
     return channel;

@@ -72,9 +72,11 @@ TEST(Illuminate, SweepsFillTheFurnaceEvenly) {
           sum += off;
           count += 1;
         });
-        EXPECT_LT(std::sqrt(square / count), 0.02)
+        // A sky's first scatter is steeper in a thick voxel than what its vector mean tells.
+        const double voxel = tau / 12, room = 0.03 * voxel;
+        EXPECT_LT(std::sqrt(square / count), 0.012 + room)
             << "optical radius " << tau << " g " << g << " albedo " << albedo;
-        EXPECT_LT(std::abs(sum / count), 0.015)
+        EXPECT_LT(std::abs(sum / count), 0.008 + room)
             << "optical radius " << tau << " g " << g << " albedo " << albedo;
       }
 }
