@@ -185,10 +185,10 @@ void addBake(CLI::App& program, ExitStatus& status) {
       ->group(method)
       ->capture_default_str();
   command
-      ->add_option(
-          "--model", flags->model,
-          "default: P1 with staircase area factor, mean-free-path cap and delta-Eddington; p1: none of "
-          "them; paper: as Stam (1995) prints it")
+      ->add_option("--model", flags->model,
+                   "default: P1 with returned light, staircase area factor, mean-free-path cap and "
+                   "delta-Eddington; p1: none of "
+                   "them; paper: as Stam (1995) prints it")
       ->check(CLI::IsMember({"default", "p1", "paper"}))
       ->group(method)
       ->capture_default_str();

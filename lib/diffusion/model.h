@@ -6,8 +6,9 @@
 
 namespace vdb_diffuse {
 
-/// Which equations. kDefault: P1 with the staircase area factor, the mean-free-path cap and, for g > 0,
-/// delta-Eddington. kP1: the corrected P1 equations and none of these. kPaper: as Stam (1995) prints them.
+/// Which equations. kDefault: P1 with the staircase area factor, the light that comes back to the medium, the
+/// mean-free-path cap and, for g > 0, delta-Eddington. kP1: the corrected P1 equations and none of these.
+/// kPaper: as Stam (1995) prints them.
 enum class Model { kDefault, kP1, kPaper };
 
 struct ModelSettings {

@@ -8,9 +8,10 @@ namespace vdb_diffuse {
 // the face where it comes in. Along an axis that it travels up, Q ~ exp(-tau x), x in voxels. What follows is
 // for a beam of mean 1; all of it is odd in the direction, so that beams add up as their vector means do.
 
-/// The half voxel before the upper face emits less than the one before the lower face: half the difference of their
-/// first moments about the centre. (The flux at x lacks what starts between there and the face; summed over the way
-/// from the centre, what starts at x is missing on all of the way up to x.) -tau/24 for small tau.
+/// The half voxel before the upper face emits less than the one before the lower face: half the difference of
+/// their first moments about the centre. (The flux at x lacks what starts between there and the face; summed
+/// over the way from the centre, what starts at x is missing on all of the way up to x.) -tau/24 for small
+/// tau.
 inline double beamAhead(double tau) {
   if (tau < 0.01) return -tau / 24;
   const double up = (0.5 + std::expm1(0.5 * tau) / -tau) / -std::expm1(tau);

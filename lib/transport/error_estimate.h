@@ -14,7 +14,7 @@ namespace vdb_diffuse {
 ///   - what no sweep mends: the sampling of directions and voxels, the light's shape inside a thick voxel,
 ///   and what
 ///     the phase function loses beyond its second moment. Fitted to comparisons with Monte Carlo; the command
-///     that makes them is tests/speed/accuracy.sh.
+///     that makes them is tests/speed/accuracy.py.
 class ErrorEstimate {
  public:
   /// \param tau  mean optical depth of a voxel in the medium that is swept, weighted by density

@@ -39,15 +39,14 @@ TEST(SourceShape, AheadIsHalfTheDifferenceOfTheHalves) {
   }
 }
 
-// I'' = -S with S the beam, I = 0 on both faces: twelve times the first moment of I is what the line between the
-// faces lacks.
+// I'' = -S with S the beam, I = 0 on both faces: twelve times the first moment of I is what the line between
+// the faces lacks.
 TEST(SourceShape, BendIsTheMomentOfWhatTheSourceLifts) {
   for (double tau : {0.049, 0.051, 1.0, 7.0}) {
     const auto f = beam(tau);
     const auto lifted = [&](double x) {  // by the Green's function of the interval
-      return integral(-0.5, 0.5, [&](double y) {
-        return (std::min(x, y) + 0.5) * (0.5 - std::max(x, y)) * f(y);
-      });
+      return integral(-0.5, 0.5,
+                      [&](double y) { return (std::min(x, y) + 0.5) * (0.5 - std::max(x, y)) * f(y); });
     };
     constexpr int kParts = 200;
     double moment = 0;
