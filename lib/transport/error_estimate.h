@@ -20,7 +20,6 @@ class ErrorEstimate {
   /// \param tau  mean optical depth of a voxel in the medium that is swept, weighted by density
   ErrorEstimate(double tau, double g) : floor_(0.01 * (1 + 1.5 * tau) + 0.015 * g * g) {}
 
-  double floor() const { return floor_; }
   /// \param change  of a step, RMS over RMS of the result
   /// \return the error that is left after it
   double afterStep(double change);
