@@ -45,4 +45,16 @@ VDB_DIFFUSE_INLINE Attenuation attenuationOf(Row tau) {
   return {small ? 1.0f - tau * m_small : e, small ? m_small : m, small ? n_small : (1.0f - m) * inverse};
 }
 
+/// (1/2 - n) / tau, 1/6 as tau -> 0. The mean of a times the light at a is psi (m - n) + J0 tau (n - p) +
+/// dJ (1/3 - n + p), p this number.
+VDB_DIFFUSE_INLINE Row nextOf(Row tau, Row n) {
+  constexpr float kSmall = 0.7f;
+  const Row series =
+      1.0f / 6 -
+      tau * (1.0f / 24 -
+             tau * (1.0f / 120 -
+                    tau * (1.0f / 720 - tau * (1.0f / 5040 - tau * (1.0f / 40320 - tau / 362880)))));
+  return tau < kSmall ? series : (0.5f - n) / tau;
+}
+
 }  // namespace vdb_diffuse

@@ -13,12 +13,14 @@ struct DirectionSet {
   size_t size() const { return s.size(); }
 };
 
-/// The level-symmetric set LQ_n, n (n + 2) directions, the same under every turn and mirror of the axes, so
-/// that a volume that is turned is lit the same: Carlson's, from Lewis and Miller, "Computational methods of
-/// neutron transport" (1984), table 4-1. Integrates polynomials in s up to order n at least, so that a phase
-/// function cut off at order n/2 loses no energy. Directions stand by octant, each octant's in the same
-/// order. \param order  n: 4, 6, 8, 12 or 16
-DirectionSet levelSymmetric(int order);
+/// A set that is the same under every turn and mirror of the axes, so that a volume that is turned is lit the
+/// same; its directions stand by octant, each octant's in the same order. Integrates polynomials in s up to
+/// degree 5 (96 directions) or 9 (168), so that a phase function cut off at its second moment loses no
+/// energy, and the flux through a plane across an axis of light that comes evenly from half the sphere.
+/// Level- symmetric sets, made for polynomials over the whole sphere, have 1.7 % too much of that with 80
+/// directions, 1.0 % with 168: as much as a surface then shines too brightly. No direction is
+/// as near to one axis as to another, where a choice would not turn with the volume. \param size  96 or 168
+DirectionSet halfRangeSet(int size);
 
 /// 48 directions of equal weight, as symmetric, but none in a plane of symmetry: no ray of theirs runs
 /// through the edges of voxels, where rounding would decide by which face it leaves. Exact up to fifth order.

@@ -45,6 +45,17 @@ Layer stepsOf(int shift_u, int shift_v, double e_u, double e_v, double d_u, doub
       entered_by = 2;
     }
   }
+  for (int axis = 0; axis < 3; ++axis) {
+    double mean = 0, square = 0;
+    for (int n = 0; n < layer.steps; ++n) {
+      const LayerStep& step = layer.step[n];
+      const double middle = step.enters[axis] + 0.5 * step.moves[axis];
+      mean += step.extent * middle;
+      square += step.extent * (middle * middle + step.moves[axis] * step.moves[axis] / 12);
+    }
+    layer.centre[axis] = static_cast<float>(mean);
+    layer.variance[axis] = static_cast<float>(square - mean * mean);
+  }
   return layer;
 }
 

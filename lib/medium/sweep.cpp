@@ -13,7 +13,7 @@ namespace {
 /// A block's fields, rows addressed by their place along w and u. Slopes by axis of the grid.
 struct BlockView {
   const float *tau, *J, *slope[3], *angular[kSecondOrder];
-  float *mean, *divergence, *moments[kSecondOrder];
+  float *mean, *divergence, *moments[kSecondOrder], *lean[3];
   int stride_w, stride_u;
 };
 
@@ -21,9 +21,10 @@ struct BlockView {
 struct alignas(64) TurnedCopy {
   float tau[kBlockVoxels], J[kBlockVoxels], slope[3][kBlockVoxels], angular[kSecondOrder][kBlockVoxels];
   float mean[kBlockVoxels], divergence[kBlockVoxels], moments[kSecondOrder][kBlockVoxels];
+  float lean[3][kBlockVoxels];
 };
 
-template <int kAngular, int kMoments>
+template <int kAngular, int kMoments, bool kLean>
 VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& block, const Coord& origin,
                                   Stretch part, float* rays) {
   double exact[kSecondOrder];
@@ -32,6 +33,8 @@ VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& bl
   for (int k = 0; k < kSecondOrder; ++k) basis[k] = static_cast<float>(exact[k]);
   const float *slope_w = block.slope[lattice.w], *slope_u = block.slope[lattice.u],
               *slope_v = block.slope[lattice.v];
+  float *const lean_w = block.lean[lattice.w], *const lean_u = block.lean[lattice.u],
+               *const lean_v = block.lean[lattice.v];
   for (int n = 0; n < kBlockWidth; ++n) {
     const int w = lattice.sign > 0 ? n : kBlockWidth - 1 - n;
     const Layer& layer = lattice.layers[origin[lattice.w] + w - lattice.first_layer];
@@ -59,29 +62,44 @@ VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& bl
         storeRow(block.divergence + at, loadRow(block.divergence + at) + gain);
         for (int m = 0; m < kMoments; ++m)
           storeRow(block.moments[m] + at, loadRow(block.moments[m] + at) + mean * basis[m]);
+        if constexpr (kLean) {  // the mean times the place, which grows by `moves` along the step
+          const Row tau = depth * length, p = nextOf(tau, light.n);
+          const Row ahead =
+              (psi * (light.m - light.n) + J * tau * (light.n - p) + dJ * (1.0f / 3 - light.n + p)) * share;
+          const auto addLean = [&](float* lean, int axis) {
+            const float from = step.enters[axis] - layer.centre[axis];
+            storeRow(lean + at, loadRow(lean + at) + mean * from + ahead * step.moves[axis]);
+          };
+          addLean(lean_w, 0);
+          addLean(lean_u, 1);
+          addLean(lean_v, 2);
+        }
       }
     }
   }
 }
 
 using Pass = void(const RayLattice&, const BlockView&, const Coord&, Stretch, float*);
-VDB_DIFFUSE_KERNEL void pass00(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
-  passBlock<0, 0>(l, b, o, p, r);
-}
-VDB_DIFFUSE_KERNEL void pass03(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
-  passBlock<0, kFirstOrder>(l, b, o, p, r);
-}
-VDB_DIFFUSE_KERNEL void pass33(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
-  passBlock<kFirstOrder, kFirstOrder>(l, b, o, p, r);
-}
-VDB_DIFFUSE_KERNEL void pass88(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, float* r) {
-  passBlock<kSecondOrder, kSecondOrder>(l, b, o, p, r);
-}
+#define VDB_DIFFUSE_PASS(name, angular, moments, lean)                                             \
+  VDB_DIFFUSE_KERNEL void name(const RayLattice& l, const BlockView& b, const Coord& o, Stretch p, \
+                               float* r) {                                                         \
+    passBlock<angular, moments, lean>(l, b, o, p, r);                                              \
+  }
+VDB_DIFFUSE_PASS(pass00, 0, 0, false)
+VDB_DIFFUSE_PASS(pass03, 0, kFirstOrder, false)
+VDB_DIFFUSE_PASS(pass33, kFirstOrder, kFirstOrder, false)
+VDB_DIFFUSE_PASS(pass88, kSecondOrder, kSecondOrder, false)
+VDB_DIFFUSE_PASS(pass00Lean, 0, 0, true)
+VDB_DIFFUSE_PASS(pass03Lean, 0, kFirstOrder, true)
+VDB_DIFFUSE_PASS(pass33Lean, kFirstOrder, kFirstOrder, true)
+VDB_DIFFUSE_PASS(pass88Lean, kSecondOrder, kSecondOrder, true)
+#undef VDB_DIFFUSE_PASS
 
-Pass* passFor(size_t angular, size_t moments) {
-  if (angular > kFirstOrder) return pass88;
-  if (angular > 0) return pass33;
-  return moments > 0 ? pass03 : pass00;
+Pass* passFor(size_t angular, size_t moments, bool lean) {
+  if (angular > kFirstOrder) return lean ? pass88Lean : pass88;
+  if (angular > 0) return lean ? pass33Lean : pass33;
+  if (moments > 0) return lean ? pass03Lean : pass03;
+  return lean ? pass00Lean : pass00;
 }
 
 /// A block's fields as they are and turned, and afterwards the sums of the turned copy added to its own.
@@ -98,6 +116,9 @@ class BlockFields {
     moments_ = result.moments.size();
     for (size_t k = 0; k < moments_; ++k)
       out(result.moments[k], b, plain_.moments[k], turned_.moments[k], copy_.moments[k]);
+    lean_ = !result.slope[0].empty();
+    for (int a = 0; lean_ && a < 3; ++a)
+      out(result.slope[a], b, plain_.lean[a], turned_.lean[a], copy_.lean[a]);
     turned_.stride_w = 64;
     turned_.stride_u = 8;
   }
@@ -111,12 +132,14 @@ class BlockFields {
     addTurnedBack(copy_.mean, plain_.mean);
     addTurnedBack(copy_.divergence, plain_.divergence);
     for (size_t k = 0; k < moments_; ++k) addTurnedBack(copy_.moments[k], plain_.moments[k]);
+    for (int a = 0; lean_ && a < 3; ++a) addTurnedBack(copy_.lean[a], plain_.lean[a]);
   }
 
  private:
   BlockView plain_, turned_;
   TurnedCopy copy_;
   size_t moments_;
+  bool lean_;
 
   static void in(const Field<float>& field, size_t b, const float*& plain, const float*& turned,
                  float* copy) {
@@ -131,16 +154,41 @@ class BlockFields {
   }
 };
 
+/// From first moments to slopes: a line of slope 1 has the variance of the places that rays meet in a voxel,
+/// weighted as their directions are. A direction's depends on the voxel's coordinate along its axis w alone.
+void slopesOfMoments(const Wavefront& wavefront, VectorField& lean) {
+  const Topology& topology = wavefront.topology();
+  std::vector<Vec3d> variance[3];  // by axis w and coordinate, along the grid's axes
+  for (int w = 0; w < 3; ++w) variance[w].resize(topology.highest()[w] - topology.lowest()[w] + 1, Vec3d(0));
+  for (int octant = 0; octant < Wavefront::kOctants; ++octant)
+    for (const RayLattice& lattice : wavefront.lattices(octant)) {
+      const int axes[3] = {lattice.w, lattice.u, lattice.v};
+      for (size_t layer = 0; layer < lattice.layers.size(); ++layer)
+        for (int a = 0; a < 3; ++a)
+          variance[lattice.w][layer][axes[a]] += lattice.weight * lattice.layers[layer].variance[a];
+    }
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const Coord place = topology.origin(b) + voxelLocal(n) - topology.lowest();
+      const Vec3d sum = variance[0][place[0]] + variance[1][place[1]] + variance[2][place[2]];
+      for (int a = 0; a < 3; ++a) lean[a].block(b)[n] /= static_cast<float>(sum[a]);
+    }
+  });
+}
+
 }  // namespace
 
-SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments,
+SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments, bool want_slope,
                   const Obstacles* obstacles) {
   const Topology& topology = wavefront.topology();
   SweepResult result;
   result.mean = Field<float>(topology);
   result.divergence = Field<float>(topology);
   for (size_t k = 0; k < std::max(moments, source.angular.size()); ++k) result.moments.emplace_back(topology);
-  Pass* const pass = passFor(source.angular.size(), result.moments.size());
+  if (want_slope)
+    for (Field<float>& component : result.slope) component = Field<float>(topology);
+  Pass* const pass = passFor(source.angular.size(), result.moments.size(), want_slope);
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     const std::vector<RayLattice>& lattices = wavefront.lattices(octant);
     const auto passBlocks = [&](size_t b, const auto& passDirection) {
@@ -156,6 +204,7 @@ SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t 
       result.escaped += std::accumulate(left[d].get(), left[d].get() + lattices[d].rays(), 0.0) *
                         lattices[d].weight * lattices[d].cross_section;
   }
+  if (want_slope && topology.blockCount() > 0) slopesOfMoments(wavefront, result.slope);
   return result;
 }
 

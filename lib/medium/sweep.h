@@ -19,6 +19,8 @@ struct SweepResult {
   Field<float> mean;                  ///< of the radiance over directions and voxel
   Field<float> divergence;            ///< of the flux, per mean voxel size: what the rays gain in the voxel
   std::vector<Field<float>> moments;  ///< means of b_k times the radiance
+  VectorField
+      slope;  ///< of the mean, per voxel: the straight line's with the same first moment; only if wanted
   double escaped = 0;  ///< net flux that leaves for afar and to obstacles, in mean voxel sizes squared
 };
 
@@ -36,8 +38,9 @@ struct SweepResult {
 ///
 /// O(N) for a direction; the order of every sum is fixed.
 /// \param moments  how many to return: 0, kFirstOrder or kSecondOrder, and at least the source's
+/// \param want_slope  return the slope as well
 /// \param obstacles  what stands in the rays' way; null: nothing
 SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t moments,
-                  const Obstacles* obstacles = nullptr);
+                  bool want_slope = false, const Obstacles* obstacles = nullptr);
 
 }  // namespace vdb_diffuse

@@ -143,7 +143,7 @@ class Refinement {
     if (found != rays_by_order_.end()) return found->second;
     const Equation& e = channel.equation;
     Wavefront wavefront(medium_.density.topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]),
-                        levelSymmetric(order));
+                        halfRangeSet(order));
     SurfaceCuts cuts =
         findSurfaceCuts(wavefront, medium_.transform(), channel.occluder, *e.settings.surfaces);
     return rays_by_order_.emplace(order, Rays{std::move(wavefront), std::move(cuts)}).first->second;
@@ -155,7 +155,7 @@ class Refinement {
     formSweepSource(channel, medium_, beam_slope_, second_, source);
     if (!surfaces) return sweep(rays_->wavefront, source, moments);
     const Obstacles obstacles = surfaces->obstacles();
-    SweepResult swept = sweep(rays_->wavefront, source, moments, &obstacles);
+    SweepResult swept = sweep(rays_->wavefront, source, moments, false, &obstacles);
     surfaces->turn();
     return swept;
   }

@@ -8,8 +8,8 @@ struct TransportSettings {
   int sweeps = 2;  ///< after the diffusion solve, each followed by a correction
   std::optional<double>
       error;            ///< sweep until the estimated error is at most this; `sweeps` is then the most
-  int order = 8;        ///< of the level-symmetric set: 80 directions
-  int fine_order = 12;  ///< 168 directions, after this many sweeps: what is left by then is theirs
+  int order = 96;        ///< directions, see halfRangeSet
+  int fine_order = 168;  ///< directions after this many sweeps: what is left by then is theirs
   int coarse_sweeps = 2;
 };
 

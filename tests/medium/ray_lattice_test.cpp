@@ -21,7 +21,7 @@ Vec3d randomDirection(int n) {
 /// All directions of a set, ties and all, and some that lie anyhow; each in cubes and in stretched voxels.
 template <typename Check>
 void forLattices(const Check& check) {
-  std::vector<Vec3d> directions = levelSymmetric(8).s;
+  std::vector<Vec3d> directions = halfRangeSet(96).s;
   for (int n = 0; n < 60; ++n) directions.push_back(randomDirection(n));
   directions.push_back(Vec3d(0, 0, 1));  // along an axis: one step a layer
   directions.push_back(Vec3d(0, -1, 0));

@@ -10,8 +10,8 @@ inline Vec3d stretchOf(const Medium& medium) {
   return medium.transform().voxelSize() / medium.transform().meanVoxelSize();
 }
 
-inline Wavefront wavefrontOf(const Medium& medium, int order) {
-  return Wavefront(medium.density.topology, stretchOf(medium), levelSymmetric(order));
+inline Wavefront wavefrontOf(const Medium& medium, int directions = 96) {
+  return Wavefront(medium.density.topology, stretchOf(medium), halfRangeSet(directions));
 }
 
 /// The source J(p), everything else zero; tau is the medium's density times `extinction` times the mean voxel

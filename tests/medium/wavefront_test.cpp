@@ -25,7 +25,7 @@ Medium holed() {
 TEST(Wavefront, PassesEveryBlockOnceAndNoneBeforeThoseUpstream) {
   const Medium medium = holed();
   const Topology& topology = medium.topology();
-  const Wavefront wavefront(medium.density.topology, Vec3d(1), levelSymmetric(4));
+  const Wavefront wavefront(medium.density.topology, Vec3d(1), offPlanes());
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     std::vector<std::atomic<int>> visits(topology.blockCount());
     std::atomic<int> early{0};
@@ -50,7 +50,7 @@ TEST(Wavefront, PassesEveryBlockOnceAndNoneBeforeThoseUpstream) {
 
 TEST(Wavefront, RaysStartDarkAndKeepWhatTheyAreGiven) {
   const Medium medium = holed();
-  const Wavefront wavefront(medium.density.topology, Vec3d(1), levelSymmetric(4));
+  const Wavefront wavefront(medium.density.topology, Vec3d(1), offPlanes());
   for (int octant = 0; octant < Wavefront::kOctants; ++octant)
     for (int round = 0; round < 2; ++round) {
       std::mutex one_at_a_time;
@@ -70,8 +70,8 @@ TEST(Wavefront, RefusesABoxTooWideAndTakesAnEmptyOne) {
   const auto two =
       std::make_shared<const Topology>(std::vector<Coord>{Coord(0, 0, 0), Coord(1 << 20, 1 << 20, 0)},
                                        std::vector<BlockMask>(2, BlockMask(true)));
-  EXPECT_THROW(Wavefront(two, Vec3d(1), levelSymmetric(8)), InputError);
-  const Wavefront empty(std::make_shared<const Topology>(), Vec3d(1), levelSymmetric(8));
+  EXPECT_THROW(Wavefront(two, Vec3d(1), halfRangeSet(96)), InputError);
+  const Wavefront empty(std::make_shared<const Topology>(), Vec3d(1), halfRangeSet(96));
   const Wavefront::Rays rays = empty.pass(0, [](size_t, Wavefront::Rays&) { FAIL(); });
   EXPECT_TRUE(rays.empty());
 }

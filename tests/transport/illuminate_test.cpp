@@ -12,7 +12,7 @@ namespace {
 constexpr double kTolerance = 1e-5;
 
 DiffuseResult lit(const Medium& medium, const Scene& scene, int sweeps, Model model = Model::kDefault,
-                  double tolerance = kTolerance, int order = 8) {
+                  double tolerance = kTolerance, int order = 96) {
   DiffuseSettings settings;
   settings.model.model = model;
   settings.tolerance = tolerance;
@@ -87,7 +87,7 @@ struct SlabColumn {
   double extrapolation;  // length beyond the bottom at which deep light would be gone, in optical depths
 };
 
-SlabColumn slabColumn(double tau, double albedo, double g, int layers, int width, int sweeps, int order = 8) {
+SlabColumn slabColumn(double tau, double albedo, double g, int layers, int width, int sweeps, int order = 96) {
   Medium medium =
       boxMedium(Coord(width, width, layers), Transform::uniform(tau / layers), [](Coord) { return 1.0; });
   setOptics(medium, 1, albedo, g);
