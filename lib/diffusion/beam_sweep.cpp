@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffusion/source_shape.h"
 #include "grid/parallel.h"
 #include "grid/ray_march.h"
 #include "medium/angular_basis.h"
@@ -53,6 +54,58 @@ Lattice latticeOf(const Beam& beam, const Transform& transform, const Vec3d& mid
   lattice.shift[1] = along_axis ? 0.5 : beam.shift[1];
   return lattice;
 }
+
+/// Where in a voxel of each layer the lattice's rays run on average, in voxels from its centre. All voxels of
+/// a layer meet the same rays, and a beam that they find even must have no moments.
+class LayerMoments {
+ public:
+  struct Layer {
+    double centre[3], square[3];  ///< means of x and x^2 over the rays in a voxel, by axis
+    double stretch[3];            ///< of moments: few rays side by side cover less than the voxel
+  };
+
+  LayerMoments(const Lattice& lattice, int lowest, int highest) : first_(lowest) {
+    for (int layer = lowest; layer <= highest; ++layer) layers_.push_back(layerAt(lattice, layer));
+  }
+  const Layer& at(int layer) const { return layers_[layer - first_]; }
+
+ private:
+  int first_;
+  std::vector<Layer> layers_;
+
+  static Layer layerAt(const Lattice& lattice, int layer) {
+    constexpr double kMostStretch = 4;
+    Layer moments{};
+    moments.square[lattice.w] = 1. / 12;
+    moments.stretch[lattice.w] = 1;
+    for (int axis : {lattice.u, lattice.v}) {
+      // The middle of the rays in a voxel is a sawtooth of the height, one tooth for each ray's distance.
+      const double slope = lattice.d[axis] / lattice.d[lattice.w], spacing = 1.0 / lattice.rays;
+      const double at = lattice.start(0, 0)[axis] + slope * (layer - 0.5 - lattice.anchor[lattice.w]);
+      const auto saw = [&](double x) {
+        const double y = x - (lattice.rays % 2 == 1 ? 0 : 0.5 * spacing);
+        return y - spacing * std::floor(y / spacing + 0.5);
+      };
+      double centre, square;
+      if (std::abs(slope) < 1e-6) {
+        const double s = saw(at);
+        centre = s;
+        square = s * s;
+      } else {
+        // integrals of saw and saw^2 over the layer, the teeth counted
+        const double a = saw(at), b = saw(at + slope);
+        const double teeth = std::round((at + slope - b - (at - a)) / spacing);
+        centre = (b * b - a * a) / (2 * slope);
+        square = ((b * b * b - a * a * a) / 3 + teeth * spacing * spacing * spacing / 12) / slope;
+      }
+      moments.centre[axis] = centre;
+      moments.square[axis] = square + (1 - spacing * spacing) / 12;
+      const double variance = moments.square[axis] - centre * centre;
+      moments.stretch[axis] = std::min(1. / 12 / variance, kMostStretch);
+    }
+    return moments;
+  }
+};
 
 /// The tiles of the lattice that some block's shadow touches, in four lists by the parity of their place.
 std::array<std::vector<std::pair<int32_t, int32_t>>, 4> tilesOf(const Topology& topology,
@@ -152,6 +205,7 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
   const Lattice lattice = latticeOf(beam, transform, middle_index_);
   const int channels = static_cast<int>(optics_.size());
   const bool rescaled = !sum.beam.empty();
+  const LayerMoments layers(lattice, topology.lowest()[lattice.w], topology.highest()[lattice.w]);
   const double share = 1.0 / (lattice.rays * lattice.rays);
   Vec3d along_axes;
   for (int a = 0; a < 3; ++a)
@@ -198,6 +252,19 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
     set({beam.power, beam.power});
     size_t next = 0;
     double brightest = light.largest(channels);
+    const auto addShape = [&](BeamShape& shape, size_t block, int voxel, double t0, double extent,
+                              double light, const DecayMoments& decay) {
+      const Coord at = topology.origin(block) + voxelLocal(voxel);
+      const LayerMoments::Layer& layer = layers.at(at[lattice.w]);
+      const double first = decay.m1 / decay.m0, second = decay.m2 / decay.m0;
+      for (int a = 0; a < 3; ++a) {
+        const double x = p[a] + t0 * lattice.d[a] - at[a], step = extent * lattice.d[a];
+        const double mean = x + step * first, square = x * (x + 2 * step * first) + step * step * second;
+        shape.lean[a].block(block)[voxel] +=
+            static_cast<float>(light * layer.stretch[a] * (mean - layer.centre[a]));
+        shape.spread[a].block(block)[voxel] += static_cast<float>(light * (square - layer.square[a]));
+      }
+    };
     const auto deposit = [&](size_t block, int voxel, double t0, double t1) {
       const double extent = t1 - t0,
                    column = medium_.density.values.block(block)[voxel] * extent * lattice.length;
@@ -206,13 +273,16 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
         const double direct = light.direct[c] * mean * extent;
         light.direct[c] *= 1 - tau * mean;
         sum.direct[c].block(block)[voxel] += static_cast<float>(direct);
-        double scatters = direct;
+        double scatters = direct, tau_scatters = tau;
         if (rescaled) {
-          const double tau_beam = optics_[c].sigma_t_beam * column, mean_beam = meanTransmittance(tau_beam);
+          tau_scatters = optics_[c].sigma_t_beam * column;
+          const double mean_beam = meanTransmittance(tau_scatters);
           scatters = light.beam[c] * mean_beam * extent;
-          light.beam[c] *= 1 - tau_beam * mean_beam;
+          light.beam[c] *= 1 - tau_scatters * mean_beam;
           sum.beam[c].block(block)[voxel] += static_cast<float>(scatters);
         }
+        if (!sum.shape.empty())
+          addShape(sum.shape[c], block, voxel, t0, extent, scatters, decayMoments(tau_scatters));
         if (!sum.beam_flux.empty())
           for (int a = 0; a < 3; ++a)
             sum.beam_flux[c][a].block(block)[voxel] += static_cast<float>(scatters * along_axes[a]);

@@ -37,8 +37,7 @@ double normalisation(const Channels& direct, const Medium& medium, const Channel
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
 }
 
-/// Voxels of at most this optical depth scatter a beam evenly; in thicker ones the equation asks where it
-/// comes from.
+/// Voxels of at most this optical depth scatter a beam evenly; in thicker ones the equation asks where.
 constexpr double kThinVoxel = 0.3;
 
 class Diffusion {
@@ -70,13 +69,12 @@ class Diffusion {
   size_t channels() const { return source_.direct.size(); }
   double weight(size_t c) const { return channels() == 1 ? 1 : kLuminance[c]; }
 
-  /// Optical depth of a side of the densest voxel.
-  double thickestVoxel() const {
+  /// Does any voxel have so many optical depths that the equation must know where in it light scatters?
+  bool hasThickVoxels(double sigma_t) const {
     float densest = 0;
     for (size_t i = 0; i < medium_.density.values.size(); ++i)
       densest = std::max(densest, medium_.density.values[i]);
-    const Vec3d sigma_t = medium_.optics.sigmaT();
-    return densest * std::max({sigma_t[0], sigma_t[1], sigma_t[2]}) * medium_.transform().meanVoxelSize();
+    return densest * sigma_t * medium_.transform().meanVoxelSize() > kThinVoxel;
   }
 
   ChannelOptics opticsOf(size_t c) const {
@@ -87,7 +85,10 @@ class Diffusion {
   void gatherSource() {
     const double start = now();
     FirstScatterSettings first = settings_.source;
-    first.want_flux = settings_.want_flux || thickestVoxel() > kThinVoxel;
+    first.want_flux = settings_.want_flux;
+    double sigma_t = 0;
+    for (int c = 0; c < 3; ++c) sigma_t = std::max(sigma_t, opticsOf(c).sigma_t_beam);
+    first.want_shape = settings_.model.model == Model::kDefault && hasThickVoxels(sigma_t);
     first.progress = settings_.progress;
     source_ = firstScatter(medium_, scene_, occluder_, settings_.model.model, first);
     result_.seconds_source = now() - start;
@@ -95,7 +96,7 @@ class Diffusion {
 
   void prepare() {
     const double cap = meanFreePathCap(settings_.model, medium_);
-    equation_settings_.staircase = settings_.model.model == Model::kDefault;
+    equation_settings_.staircase = equation_settings_.profile = settings_.model.model == Model::kDefault;
     equation_settings_.cap = cap;
     equation_settings_.surfaces = &scene_.surfaces;
     equation_settings_.walls =
@@ -142,9 +143,11 @@ class Diffusion {
 
   void solveChannel(size_t c) {
     const ChannelOptics optics = opticsOf(c);
-    const Field<float>& Q0 = source_.sourceOf(c);
-    const VectorField* flux = source_.beam_flux.empty() ? nullptr : &source_.beam_flux[c];
-    const double scale = normalisation(source_.direct, medium_, optics);
+    BeamSource beams;
+    beams.Q0 = &source_.sourceOf(c);
+    if (!source_.beam_flux.empty()) beams.Q1_flux = &source_.beam_flux[c];
+    if (!source_.shape.empty() && hasThickVoxels(optics.sigma_t_beam)) beams.shape = &source_.shape[c];
+    beams.scale = normalisation(source_.direct, medium_, optics);
     const bool emits = !medium_.emission.empty() && optics.sigma_a > 0 && medium_.optics.emission_scale != 0;
     if (optics.true_sigma_s == 0 && !emits) {  // nothing scatters and nothing glows: no equation to solve
       result_.diffuse.emplace_back(topology());
@@ -152,10 +155,10 @@ class Diffusion {
     }
     setUp(c);
     double start = now();
-    const RightHandSide rhs = formRightHandSide(*equation_, medium_, Q0, flux, scale);
+    const RightHandSide rhs = formRightHandSide(*equation_, medium_, beams);
     const std::vector<Field<float>>* second =
         source_.second_moments.empty() ? nullptr : &source_.second_moments[c];
-    ChannelSolution channel(*equation_, *multigrid_, Q0, flux, second, rhs, occluder_, scale);
+    ChannelSolution channel(*equation_, *multigrid_, beams, second, rhs, occluder_);
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;
@@ -165,7 +168,8 @@ class Diffusion {
     channel.converged = report.converged;
     channel.iterations = report.iterations;
     channel.relative_residual = report.relative_residual;
-    channel.escaped = escapedBy(*equation_, channel.I0) + rhs.drive_out;
+    meansOfSolution(*equation_, medium_, channel.I0);
+    channel.escaped = escapedThrough(*equation_, medium_, channel.I0) + rhs.drive_out;
     result_.seconds_solve += now() - start;
     if (settings_.refine) {
       start = now();
@@ -191,13 +195,6 @@ class Diffusion {
     return sumOverVoxels(topology(), [&](size_t b, int n) {
       return static_cast<double>(static_cast<float>(tau_a * rho.block(b)[n])) * x.block(b)[n];
     });
-  }
-
-  double escapedBy(const Equation& e, const Field<double>& x) const {
-    return sumOverVoxels(
-               topology(),
-               [&](size_t b, int n) { return static_cast<double>(e.A->sink.block(b)[n]) * x.block(b)[n]; }) -
-           absorbedOf(e, x);
   }
 
   /// Powers of the light that has scattered. With delta-Eddington the equation's own light is split
@@ -254,8 +251,7 @@ class Diffusion {
     const bool given = !channel.flux[0].empty();
     if (!given) {
       for (Field<float>& component : third) component = Field<float>(topology());
-      diffusiveFlux(channel.equation, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale},
-                    &third);
+      diffusiveFlux(channel.equation, medium_, channel.I0, channel.beams, &third);
     }
     const VectorField& along_axes = given ? channel.flux : third;
     forEachBlock(topology().blockCount(), [&](size_t b) {

@@ -11,28 +11,25 @@ namespace vdb_diffuse {
 
 /// One channel after its diffusion solve, as a method that goes on from there finds it and leaves it.
 struct ChannelSolution {
-  ChannelSolution(const Equation& e, Multigrid& m, const Field<float>& q0, const VectorField* q1,
-                  const std::vector<Field<float>>* q2, const RightHandSide& right, const Occluder& o,
-                  double factor)
+  ChannelSolution(const Equation& e, Multigrid& m, const BeamSource& b, const std::vector<Field<float>>* q2,
+                  const RightHandSide& right, const Occluder& o)
       : equation(e),
         multigrid(m),
-        Q0(q0),
-        Q1_flux(q1),
+        beams(b),
         Q2_moments(q2),
         rhs(right),
         occluder(o),
-        scale(factor),
+        scale(b.scale),
         I0(*e.A->topology) {}
 
   const Equation& equation;
   Multigrid& multigrid;
-  const Field<float>& Q0;      ///< mean of the beams in the medium that the equation sees, W/m2/sr
-  const VectorField* Q1_flux;  ///< their vector mean; may be null where g' = 0
+  const BeamSource beams;
   const std::vector<Field<float>>* Q2_moments;  ///< their second moments; null unless `phase_order` is 2
   const RightHandSide& rhs;
   const Occluder& occluder;
-  double scale;  ///< factor on the solution and on the right-hand side
-  Field<double> I0;
+  double scale;        ///< factor on the solution and on the right-hand side
+  Field<double> I0;    ///< means over the voxels
   VectorField flux;    ///< I1 / 3 along the grid's axes, times scale; empty: what follows from I0
   double escaped = 0;  ///< flux of I0 through all open faces, in units of mean voxel sizes squared
   bool converged = true;

@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "diffusion/area_factor.h"
-#include "diffusion/source_shape.h"
 #include "grid/error.h"
 #include "multigrid/block_kernel.h"
 
@@ -53,45 +53,108 @@ void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
         next = active.isOn(up ? n + stride : n - stride);
       const WallFace* wall = wallAt(walls, b, n, face);
       if (next && !wall) continue;
-      open.g[face][n] = static_cast<float>(1 / (s * (s * r[n] + surfaceResistance(e, wall, area[n]))));
+      const double resistance = s * (s * r[n] + surfaceResistance(e, wall, area[n]));
+      open.g[face][n] = static_cast<float>(e.settings.opening / resistance);
       open.any = true;
     }
   }
 }
 
-/// What the sources inside voxels add to I0 on the way from a voxel's centre to its upper and its lower face
-/// along an axis, both in voxels' units of I0: see equation.h. Zero in inactive voxels.
+/// The way from a times a voxel's mean to its upper and its lower face along an axis: what the drive and the
+/// sources inside add, see equation.h. Zero in inactive voxels.
 struct Heads {
   Field<float> upper, lower;
 };
 
-void formHeads(const Equation& e, const Medium& medium, const Field<float>& Q0, const VectorField* Q1_flux,
-               double scale, int axis, Heads& heads) {
+/// Is the unknown anything but the mean?
+bool scalesMeans(const Equation& e) {
+  return e.settings.profile && e.optics.sigma_a > 0;
+}
+
+/// How much of what scatters in a voxel leaves along each axis, see equation.h.
+class Shares {
+ public:
+  Shares(const Equation& e, size_t b) : e_(e), b_(b) {
+    loadHalo(*e.A->topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r_);
+    walled_ = e.settings.walls && e.settings.walls->count(static_cast<int32_t>(b)) > 0;
+  }
+  void of(int voxel, double share[3]) const {
+    const Coord p = voxelLocal(voxel);
+    int open_axes = 0, passable_axes = 0;
+    bool open[3], passable[3];
+    for (int a = 0; a < 3; ++a) {
+      open[a] = passable[a] = false;
+      for (int up = 0; up < 2; ++up) {
+        Coord next = p;
+        next[a] += up ? 1 : -1;
+        const WallFace* wall = walled_ ? wallAt(*e_.settings.walls, b_, voxel, 2 * a + up) : nullptr;
+        const bool leads_out = wall ? (*e_.settings.surfaces)[wall->surface].albedo[e_.channel] < 1
+                                    : std::isinf(r_.at(next[0], next[1], next[2]));
+        open[a] = open[a] || leads_out;
+        passable[a] = passable[a] || leads_out || !wall;
+      }
+      open_axes += open[a];
+      passable_axes += passable[a];
+    }
+    for (int a = 0; a < 3; ++a) {
+      if (open_axes > 0)
+        share[a] = open[a] ? 1.0 / open_axes : 0.0;
+      else
+        share[a] = passable[a] ? 1.0 / passable_axes : 0.0;
+    }
+  }
+
+ private:
+  const Equation& e_;
+  const size_t b_;
+  Halo<float> r_;
+  bool walled_;
+};
+
+/// \param I0  means, of which heads take what is missing from a times them to themselves; null: 0
+void formHeads(const Equation& e, const Medium& medium, const BeamSource& beams, const Field<double>* I0,
+               int axis, Heads& heads) {
   const Topology& topology = *e.A->topology;
   const double s = e.stretch[axis];
-  const double drive = 0.5 * s * scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
-  const double extinction = e.optics.sigma_t_beam * e.h * s;
-  const double inside = 2 * s * s * scale * e.optics.source_sigma * e.h;  // times r: h / D
+  const double drive = 0.5 * s * beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
+  const double scatters = beams.scale * e.optics.source_sigma * e.h;
+  const double glows = beams.Q0 && !medium.emission.empty()
+                           ? beams.scale * e.optics.sigma_a * e.h * medium.optics.emission_scale
+                           : 0;
   if (heads.upper.empty()) heads.upper = heads.lower = Field<float>(topology);
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    const float *rho = medium.density.values.block(b), *Q = Q0.block(b);
-    const float* flux = Q1_flux ? (*Q1_flux)[axis].block(b) : nullptr;
+    const float* rho = medium.density.values.block(b);
+    const float* Q0 = beams.Q0 ? beams.Q0->block(b) : nullptr;
+    const float* flux = beams.Q1_flux ? (*beams.Q1_flux)[axis].block(b) : nullptr;
+    const float* lean = beams.shape ? beams.shape->lean[axis].block(b) : nullptr;
+    const float* spread[3] = {};
+    for (int a = 0; beams.shape && a < 3; ++a) spread[a] = beams.shape->spread[a].block(b);
+    const float* Q = glows != 0 ? medium.emission.block(b) : nullptr;
+    const double* mean = I0 ? I0->block(b) : nullptr;
     float *upper = heads.upper.block(b), *lower = heads.lower.block(b);
-    Halo<float> r;
-    loadHalo(topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r);
+    const bool shaped = Q0 && e.settings.profile;
+    std::optional<Shares> shares;
+    if (shaped) shares.emplace(e, b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      const Coord p = voxelLocal(n);
-      bool open[3];
-      for (int a = 0; a < 3; ++a) {
-        const int dx = a == 0, dy = a == 1, dz = a == 2;
-        open[a] = std::isinf(r.at(p[0] - dx, p[1] - dy, p[2] - dz)) ||
-                  std::isinf(r.at(p[0] + dx, p[1] + dy, p[2] + dz));
+      const VoxelProfile profile = e.profile(rho[n]);
+      double even = mean ? (profile.a - 1) * mean[n] : 0, odd = flux ? drive * rho[n] * flux[n] : 0;
+      if (shaped) {
+        double share[3];
+        shares->of(n, share);
+        // what is absorbed at once leaves nowhere
+        const double part = share[axis] + (1 - share[axis]) * (1 - profile.a);
+        const double along = profile.r * s * s, tau_s = scatters * rho[n];
+        double leaves = part * tau_s * Q0[n] + (Q ? glows * rho[n] * Q[n] : 0);
+        if (lean) {
+          double skin[3], skins = 0;  // what scatters beside a face leaves through that
+          for (int a = 0; a < 3; ++a) skins += skin[a] = 6 * tau_s * spread[a][n];
+          leaves += skin[axis] - part * skins;
+          even += along * profile.spread * skin[axis] / 6;
+          odd += along * profile.lean * tau_s * lean[n];
+        }
+        even += along * profile.even * leaves;
       }
-      const int open_axes = open[0] + open[1] + open[2];
-      const double share = open_axes == 0 ? 1.0 / 3 : open[axis] ? 1.0 / open_axes : 0.0;
-      const double source = inside * r.at(p[0], p[1], p[2]) * rho[n], even = source * share * Q[n] / 8;
-      const double odd = flux ? (drive * rho[n] + source * beamAhead(extinction * rho[n])) * flux[n] : 0;
       upper[n] = static_cast<float>(even + odd);
       lower[n] = static_cast<float>(even - odd);
     }
@@ -128,7 +191,8 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
   const double size = std::cbrt(static_cast<double>(topology.activeVoxelCount()));  // in voxels
   const double vacuum = capped ? 0 : 1 / (kVacuumPath * size);
   const double tau_tr = optics.sigma_tr * e.h, tau_a = optics.sigma_a * e.h;
-  const double half = 1.5 / (model == Model::kPaper ? optics.flux_factor : 1);  // r = 1/(2D) = 3/2 tau_tr rho
+  e.resistance_per_depth = 1.5 / (model == Model::kPaper ? optics.flux_factor : 1);  // r = 1/(2D)
+  e.least_depth = std::max(vacuum, per_cap);
   A->half_resistance = Field<float>(topology, std::numeric_limits<float>::infinity());
   A->sink = Field<float>(topology);
   if (settings.walls)
@@ -142,13 +206,14 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
       const int n = static_cast<int>(it.pos());
       const double tau = tau_tr * rho[n];
       floored += tau < vacuum;
-      r[n] = static_cast<float>(half * std::max({tau, vacuum, per_cap}));
+      const VoxelProfile profile = e.profile(rho[n]);
+      r[n] = static_cast<float>(profile.odd * profile.r);
     }
     OpenFaces open;
     findOpenFaces(e, b, open);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      float sum = static_cast<float>(tau_a * rho[n]);
+      float sum = static_cast<float>(tau_a * rho[n] / e.profile(rho[n]).a);
       for (const float* g : open.g) sum += g[n];
       sink[n] = sum;
     }
@@ -167,11 +232,43 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
   return e;
 }
 
-RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const Field<float>& Q0,
-                                const VectorField* Q1_flux, double scale) {
+VoxelProfile Equation::profile(float rho) const {
+  const double r = resistance_per_depth * std::max(optics.sigma_tr * h * rho, least_depth);
+  return settings.profile ? voxelProfile(std::min(r, settings.most_resistance), optics.sigma_a * h * rho)
+                          : flatProfile(std::min(r, settings.most_resistance));
+}
+
+void meansOfSolution(const Equation& e, const Medium& medium, Field<double>& x) {
+  if (!scalesMeans(e)) return;
   const Topology& topology = *e.A->topology;
-  const double tau_s = e.optics.source_sigma * e.h * scale;
-  const double tau_a = e.optics.sigma_a * e.h * medium.optics.emission_scale * scale;
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    const float* rho = medium.density.values.block(b);
+    for (auto it = topology.active(b).beginOn(); it; ++it) x.block(b)[it.pos()] /= e.profile(rho[it.pos()]).a;
+  });
+}
+
+template <typename T>
+double escapedThrough(const Equation& e, const Medium& medium, const Field<T>& I0) {
+  const Topology& topology = *e.A->topology;
+  const double tau_a = e.optics.sigma_a * e.h;
+  return sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
+    const float *rho = medium.density.values.block(b), *sink = e.A->sink.block(b);
+    double sum = 0;
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const double a = e.profile(rho[n]).a;
+      sum += a * (sink[n] - static_cast<float>(tau_a * rho[n] / a)) * I0.block(b)[n];
+    }
+    return sum;
+  });
+}
+template double escapedThrough(const Equation&, const Medium&, const Field<float>&);
+template double escapedThrough(const Equation&, const Medium&, const Field<double>&);
+
+RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const BeamSource& beams) {
+  const Topology& topology = *e.A->topology;
+  const double tau_s = e.optics.source_sigma * e.h * beams.scale;
+  const double tau_a = e.optics.sigma_a * e.h * medium.optics.emission_scale * beams.scale;
   struct Sums {
     double scattered = 0, emitted = 0;
     void operator+=(const Sums& o) {
@@ -183,7 +280,7 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const F
   rhs.b = Field<float>(topology);
   const Sums sums = sumOverBlocks<Sums>(topology.blockCount(), [&](size_t b) {
     Sums sum;
-    const float *rho = medium.density.values.block(b), *q0 = Q0.block(b);
+    const float *rho = medium.density.values.block(b), *q0 = beams.Q0->block(b);
     const float* emission = medium.emission.empty() ? nullptr : medium.emission.block(b);
     float* out = rhs.b.block(b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
@@ -197,7 +294,7 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const F
   });
   Heads heads;
   for (int axis = 0; axis < 3; ++axis) {
-    formHeads(e, medium, Q0, Q1_flux, scale, axis, heads);
+    formHeads(e, medium, beams, nullptr, axis, heads);
     rhs.drive_out += sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
       BlockFaces g;
       OpenFaces open;
@@ -230,9 +327,12 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const F
 void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>& I0, const BeamSource& beams,
                    VectorField* flux, VectorField* slope) {
   const Topology& topology = *e.A->topology;
+  const bool has_heads = beams.Q0 || scalesMeans(e);
+  const double bends = beams.scale * e.optics.source_sigma * e.h;
+  const double drive = beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
   Heads heads;
   for (int axis = 0; axis < 3; ++axis) {
-    if (beams.Q0) formHeads(e, medium, *beams.Q0, beams.Q1_flux, beams.scale, axis, heads);
+    if (has_heads) formHeads(e, medium, beams, &I0, axis, heads);
     forEachBlock(topology.blockCount(), [&](size_t b) {
       BlockFaces g;
       OpenFaces open;
@@ -241,7 +341,7 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>&
       loadFaces(*e.A, b, g);
       findOpenFaces(e, b, open);
       loadHalo(topology, I0, b, 0.0, u);
-      if (beams.Q0) {
+      if (has_heads) {
         loadHalo(topology, heads.upper, b, 0.0f, upper);
         loadHalo(topology, heads.lower, b, 0.0f, lower);
       } else {
@@ -250,7 +350,9 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>&
       }
       const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
       const double s = e.stretch[axis];  // conductances are per volume: times s is per area
-      const float* r = e.A->half_resistance.block(b);
+      const float* rho = medium.density.values.block(b);
+      const float* lean = beams.shape ? beams.shape->lean[axis].block(b) : nullptr;
+      const float* Q1_flux = beams.Q1_flux ? (*beams.Q1_flux)[axis].block(b) : nullptr;
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
         const Coord p = voxelLocal(n);
@@ -263,8 +365,12 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>&
         const double above =
             faceAt(g, axis, p, true) * (high - at(u, 1) - at(lower, 1)) + open.g[2 * axis + 1][n] * high;
         if (flux) (*flux)[axis].block(b)[n] = static_cast<float>(0.5 * s * (below + above));
-        if (slope)
-          (*slope)[axis].block(b)[n] = static_cast<float>(high - low - s * s * r[n] * (below + above));
+        if (!slope) continue;
+        const VoxelProfile profile = e.profile(rho[n]);
+        double steep = -profile.slope * s * s * profile.r * (below + above);
+        if (lean) steep += bendOfProfile(profile) * s * s * profile.r * bends * rho[n] * lean[n];
+        if (Q1_flux) steep += s * drive * rho[n] * Q1_flux[n];
+        (*slope)[axis].block(b)[n] = static_cast<float>(steep);
       }
     });
   }

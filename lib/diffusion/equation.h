@@ -1,6 +1,9 @@
 #pragma once
 
+#include <limits>
+
 #include "diffusion/first_scatter.h"
+#include "diffusion/voxel_profile.h"
 #include "diffusion/walls.h"
 #include "multigrid/operator.h"
 
@@ -36,59 +39,76 @@ namespace vdb_diffuse {
 //
 // so neither density zero nor infinity is a special case.
 //
-// The first takes the flux to be the same from one centre to the other. What scatters in the half voxel
-// before a face adds
+// These are the forms of Model::kP1 and kPaper. They take the unknown for a voxel's centre value and its
+// light for even, which thick voxels belie: what scatters in one does so where the beam comes in, and what is
+// absorbed is absorbed where the light is. So the unknown is the mean over the voxel, and u, the way from it
+// to a face, is solved for exactly along the axis (voxel_profile.h): r becomes r_odd, I becomes a I, and
+// (h/2) q.n becomes (h/2) q.n + u with
 //
-//     u = 2 r sigma_s rho h ( share Q0/8 + ahead(tau) Q1_flux.n )         n toward the face
+//     u = r h ( even share S0 + lean S1.n + spread S2 )                   n toward the face
 //
-// to I on the way to it, so that (h/2) q.n becomes (h/2) q.n + u on either side. `share` is how much of the
-// source leaves along this axis: all of it where only this axis has an open face, a third in the interior;
-// `ahead` is how a beam that dies within the voxel scatters on the side where it comes in (source_shape.h).
-// Linear in the light. See Furnace.ThickVoxelsScatterWhereTheLightIs.
+// of S = sigma_s rho Q0 + sigma_a rho Q and its moments along the axis. `share` is how much of what scatters
+// leaves along this axis: all of it where only this axis has an open face, a third in the interior; of what
+// glows, and of what is absorbed, always all, so that a voxel is seen in another as the other is in it.
+// Linear in the light, exact in one dimension. See Slab.ThickVoxelsHaveTheirMeans.
 
 struct EquationSettings {
-  bool staircase = true;                           ///< use area factors; otherwise a = 1
-  std::shared_ptr<const Field<float>> returned;    ///< on the area factors; null: all 1
-  double cap = 0;                                  ///< L, world units; infinity: none
+  bool staircase = true;                         ///< use area factors; otherwise a = 1
+  std::shared_ptr<const Field<float>> returned;  ///< on the area factors; null: all 1
+  double cap = 0;                                ///< L, world units; infinity: none
+  bool profile = true;                           ///< of the light within voxels; otherwise values at centres
+  double most_resistance = std::numeric_limits<double>::infinity();  ///< bound on r, in mean voxel sizes
+  double opening = 1;                              ///< factor on the conductance of open faces
   std::shared_ptr<const Walls> walls;              ///< may be null
   const std::vector<Surface>* surfaces = nullptr;  ///< whose albedos the walls have
 };
 
 /// The left-hand side for one channel of a medium; what the right-hand side needs is kept with it.
 struct Equation {
-  std::shared_ptr<const Operator> A;
+  std::shared_ptr<const Operator> A;  ///< on a times the mean; its half resistances are r_odd
   ChannelOptics optics;
   double h = 1;                            ///< world units
   std::array<double, 3> stretch{1, 1, 1};  ///< voxel size along each axis over h
   EquationSettings settings;
   int channel = 0;
+  double resistance_per_depth = 1.5,
+         least_depth = 0;     ///< r of a transport optical depth, and the least depth
   size_t floored_voxels = 0;  ///< voxels whose density counts as a vacuum; 0 with a cap
+
+  VoxelProfile profile(float rho) const;
 };
 
 /// \throws InputError where nothing absorbs and nothing escapes: the system is singular
 Equation formEquation(const Medium& medium, const ChannelOptics& optics, int channel, Model model,
                       const EquationSettings& settings);
 
+/// What drives the diffuse light: the beams of first_scatter.h as the equation sees them, and what glows.
+struct BeamSource {
+  const Field<float>* Q0 = nullptr;  ///< mean of the beams, W/m2/sr; null: no sources at all
+  const VectorField* Q1_flux =
+      nullptr;  ///< their vector mean along the grid's axes (Q1 = 3 g of it); null: g' = 0
+  const BeamShape* shape = nullptr;  ///< where in the voxels they are; null: even
+  double scale = 1;                  ///< factor on everything, a power of two; solutions have it already
+};
+
 struct RightHandSide {
   Field<float> b;
   double scattered_in = 0, emitted = 0;  ///< sums over voxels of h sigma_s rho Q0 and h sigma_a rho Q
-  double drive_out = 0;                  ///< flux that the drive alone sends out through open faces, summed
+  double drive_out = 0;                  ///< flux that the sources alone send out through open faces, summed
 };
 
-/// \param Q0  source field, W/m2/sr;  \param Q1_flux  the vector mean of the beam along grid axes (Q1 = 3 g
-/// of it) or null where g' = 0;  \param scale  factor on everything, a power of two
-RightHandSide formRightHandSide(const Equation& equation, const Medium& medium, const Field<float>& Q0,
-                                const VectorField* Q1_flux, double scale);
+RightHandSide formRightHandSide(const Equation& equation, const Medium& medium, const BeamSource& beams);
 
-/// What drives the diffuse light; Q0 null for light without sources of its own.
-struct BeamSource {
-  const Field<float>* Q0 = nullptr;
-  const VectorField* Q1_flux = nullptr;
-  double scale = 1;  ///< factor on both; I0 and the results have it already
-};
+/// From the solution of the linear system to the means over the voxels, in place.
+void meansOfSolution(const Equation& equation, const Medium& medium, Field<double>& x);
+
+/// Flux of light with the means I0 through all open faces, without what the sources add there, in mean voxel
+/// sizes squared.
+template <typename T>
+double escapedThrough(const Equation& equation, const Medium& medium, const Field<T>& I0);
 
 /// I1 / 3, the flux of I0 per area along the grid axes, at a voxel's centre (the mean of its two faces), and
-/// the slope of I0 from its lower to its upper face. Either may be null.
+/// the slope of I0, that of the straight line with its first moment, per voxel. Either may be null.
 void diffusiveFlux(const Equation& equation, const Medium& medium, const Field<double>& I0,
                    const BeamSource& beams, VectorField* flux, VectorField* slope = nullptr);
 

@@ -6,6 +6,7 @@
 #include "diffusion/beam_sweep.h"
 #include "diffusion/light_path.h"
 #include "diffusion/reflected_light.h"
+#include "diffusion/source_shape.h"
 #include "medium/angular_basis.h"
 
 namespace vdb_diffuse {
@@ -45,6 +46,14 @@ struct Gathered {
   double direct[3] = {}, beam[3] = {};
   Vec3d direct_flux[3], beam_flux[3];
   double second[3][kSecondOrder - kFirstOrder] = {};
+  Vec3d lean[3], spread[3];  // of the rescaled light, see BeamShape
+};
+
+/// A part of a voxel, a cube, that light passes as if all beside it were like it.
+struct Part {
+  Vec3d offset{0, 0, 0};  ///< of its centre from the voxel's, in voxels
+  double side = 1;        ///< in voxels
+  float rho = 0;
 };
 
 class Gatherer {
@@ -78,7 +87,8 @@ class Gatherer {
 
   /// Marches from a voxel to the lights: to all of them, or only to those at a finite distance.
   void gather(const Coord& voxel, float rho, bool all, Gathered& sum) const {
-    for (const PointSample& point : lights_.points) addPoint(point, voxel.asVec3d(), 1, rho, sum);
+    for (const PointSample& point : lights_.points)
+      addPoint(point, voxel.asVec3d(), Part{Vec3d(0), 1, rho}, sum);
     if (!all) return;
     for (const BeamSample& beam : lights_.beams) addBeam(beam, voxel, rho, sum);
     for (const Vec3d& direction : gather_) addReflected(direction, voxel, rho, sum);
@@ -123,13 +133,15 @@ class Gatherer {
   bool rescaled_ = false;
   ChannelOptics optics_[3];
 
-  /// Adds light of mean intensity `power` (before attenuation) that travels along `direction`.
-  void add(const Vec3d& power, const Vec3d& direction, const LightPath& path, Gathered& sum) const {
-    add(power, power, direction, path, sum);
+  /// Adds light of mean intensity `power` (before attenuation) that travels along `direction` through a part
+  /// of a voxel.
+  void add(const Vec3d& power, const Vec3d& direction, const LightPath& path, const Part& part,
+           Gathered& sum) const {
+    add(power, power, direction, path, part, sum);
   }
   /// \param power_beam  the same in the rescaled medium
   void add(const Vec3d& power, const Vec3d& power_beam, const Vec3d& direction, const LightPath& path,
-           Gathered& sum) const {
+           const Part& part, Gathered& sum) const {
     Vec3d axis;
     for (int a = 0; a < 3; ++a)
       axis[a] = direction.dot(medium_.transform().axis(a)) / medium_.transform().axis(a).length();
@@ -140,18 +152,25 @@ class Gatherer {
       const double direct = power[c] * beamAverage(sigma * path.before, sigma * path.inside);
       sum.direct[c] += direct;
       sum.direct_flux[c] += axis * direct;
-      const auto addSecond = [&](double light) {
+      const auto addMoments = [&](double light, double extinction) {
         for (int k = kFirstOrder; k < kSecondOrder; ++k) sum.second[c][k - kFirstOrder] += light * basis[k];
+        const double depth = extinction * part.rho * part.side;  // per unit of world length along an axis
+        for (int a = 0; a < 3; ++a) {
+          const double lean = part.side * beamLean(depth * axis[a] * medium_.transform().voxelSize()[a]);
+          const double x = part.offset[a];
+          sum.lean[c][a] += light * (x + lean);
+          sum.spread[c][a] += light * (x * (x + 2 * lean) + (part.side * part.side - 1) / 12);
+        }
       };
       if (!rescaled_) {
-        addSecond(direct);
+        addMoments(direct, sigma);
         continue;
       }
       const double sigma_beam = optics_[c].sigma_t_beam;
       const double beam = power_beam[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
       sum.beam[c] += beam;
       sum.beam_flux[c] += axis * beam;
-      addSecond(beam);
+      addMoments(beam, sigma_beam);
     }
   }
 
@@ -177,19 +196,22 @@ class Gatherer {
       constexpr double kFar = std::numeric_limits<double>::infinity();
       if (!occluder_.empty() && occluder_.hidden(medium_.transform().toWorld(p), toward, kFar)) continue;
       add(beam.irradiance * (kInverseSphere / rays), beam.direction,
-          lightPath(medium_.density, rho, p, centre, toward, kFar, enough_), sum);
+          lightPath(medium_.density, rho, p, centre, toward, kFar, enough_), Part{Vec3d(0), 1, rho}, sum);
     }
   }
 
-  /// A lamp's light in a cube of `side` voxels about p, a part of the voxel with density rho. Near the lamp
+  /// A lamp's light in a part of a voxel. Near the lamp
   /// the cube is cut into eight, as 1/r^2 and the shadow of the medium change too much across it.
-  void addPoint(const PointSample& point, const Vec3d& p, double side, float rho, Gathered& sum) const {
+  void addPoint(const PointSample& point, const Vec3d& voxel, const Part& part, Gathered& sum) const {
+    const Vec3d p = voxel + part.offset;
+    const double side = part.side;
+    const float rho = part.rho;
     const Vec3d from = medium_.transform().toWorld(p), separation = point.position - from;
     const double r = separation.length(), radius = side * ball_radius_;
     const auto cut = [&] {
       for (int corner = 0; corner < 8; ++corner) {
         const Vec3d offset(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-        addPoint(point, p + offset * (0.25 * side), 0.5 * side, rho, sum);
+        addPoint(point, voxel, Part{part.offset + offset * (0.25 * side), 0.5 * side, rho}, sum);
       }
     };
     if (side > kFinestCube && r < kNearLamp * radius) return cut();
@@ -211,7 +233,7 @@ class Gatherer {
       path.inside = rho * radius;  // the lamp shines inside the cube: its light leaves from 0 to the rim
     }
     const double spread = falloff * meanInverseSquare(r, radius) * kInverseSphere * (side * side * side);
-    add(point.intensity * spread, -toward, path, sum);
+    add(point.intensity * spread, -toward, path, part, sum);
   }
 
   void addReflected(const Vec3d& direction, const Coord& voxel, float rho, Gathered& sum) const {
@@ -221,7 +243,8 @@ class Gatherer {
     const ReflectedLight::Radiance radiance = reflected_.radiance(*hit, from, toward);
     const double weight = 1.0 / static_cast<double>(gather_.size());
     add(radiance.direct * weight, radiance.beam * weight, direction,
-        lightPath(medium_.density, rho, centre, centre, toward, hit->distance, enough_), sum);
+        lightPath(medium_.density, rho, centre, centre, toward, hit->distance, enough_),
+        Part{Vec3d(0), 1, rho}, sum);
   }
 };
 
@@ -264,6 +287,10 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
   if (gatherer.anisotropic() || settings.want_flux) result.beam_flux = vectorFields();
   if (gatherer.rescaled() && settings.want_flux) result.direct_flux = vectorFields();
 
+  if (settings.want_shape) {
+    const std::vector<VectorField> lean = vectorFields(), spread = lean;
+    for (size_t c = 0; c < channels; ++c) result.shape.push_back({lean[c], spread[c]});
+  }
   if (gatherer.secondOrder())
     for (size_t c = 0; c < channels; ++c) {
       result.second_moments.emplace_back();
@@ -283,7 +310,8 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int voxel = static_cast<int>(it.pos());
       Gathered sum;
-      for (int c = 0; c < 3; ++c) sum.direct_flux[c] = sum.beam_flux[c] = Vec3d(0);
+      for (int c = 0; c < 3; ++c)
+        sum.direct_flux[c] = sum.beam_flux[c] = sum.lean[c] = sum.spread[c] = Vec3d(0);
       gatherer.gather(topology.origin(b) + voxelLocal(voxel), medium.density.values.block(b)[voxel],
                       settings.exact_march, sum);
       for (size_t c = 0; c < channels; ++c) {
@@ -292,6 +320,11 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
       }
       add(result.beam_flux, gatherer.rescaled() ? sum.beam_flux : sum.direct_flux, b, voxel);
       add(result.direct_flux, sum.direct_flux, b, voxel);
+      for (size_t c = 0; c < result.shape.size(); ++c)
+        for (int a = 0; a < 3; ++a) {
+          result.shape[c].lean[a].block(b)[voxel] += static_cast<float>(sum.lean[c][a]);
+          result.shape[c].spread[a].block(b)[voxel] += static_cast<float>(sum.spread[c][a]);
+        }
       for (size_t c = 0; c < result.second_moments.size(); ++c)
         for (int k = 0; k < kSecondOrder - kFirstOrder; ++k)
           result.second_moments[c][k].block(b)[voxel] += static_cast<float>(sum.second[c][k]);

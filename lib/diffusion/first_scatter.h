@@ -12,9 +12,16 @@ struct FirstScatterSettings {
   int rays_per_voxel = 9;      ///< of a beam that is not along a grid axis; many beams (a dome) take one each
   bool exact_march = false;    ///< march from every voxel to every light instead of sweeping along beams
   int gather_directions = 64;  ///< in which a voxel looks for surfaces that reflect
-  int phase_order = 1;     ///< 2: for transport, see channelOptics; fills `second_moments` where g is not 0
-  bool want_flux = false;  ///< fill `direct_flux` even where the model does not need it
+  int phase_order = 1;      ///< 2: for transport, see channelOptics; fills `second_moments` where g is not 0
+  bool want_flux = false;   ///< fill `direct_flux` even where the model does not need it
+  bool want_shape = false;  ///< fill `shape`, which thick voxels need
   Progress progress;
+};
+
+/// Where in the voxels the beams are, along the grid's axes, x in voxels from a voxel's centre.
+struct BeamShape {
+  VectorField lean;    ///< mean of the light times x: the first moment
+  VectorField spread;  ///< mean of the light times x^2 - 1/12: the second less that of even light
 };
 
 /// The uncollided light in every voxel, averaged over the voxel: I_ri0 = (1/4pi) int I_ri dw and the mean
@@ -26,6 +33,8 @@ struct FirstScatter {
   Channels beam;                         ///< empty where the model does not rescale: equal to `direct`
   std::vector<VectorField> beam_flux;    ///< by channel; empty where g' = 0 and no flux is wanted
   std::vector<VectorField> direct_flux;  ///< by channel; only for a wanted flux of a rescaled medium
+
+  std::vector<BeamShape> shape;  ///< by channel, of `beam` or what stands for it; only if wanted
 
   /// By channel: means of the beams times b_3 .. b_7 of angular_basis.h along the grid's axes.
   std::vector<std::vector<Field<float>>> second_moments;

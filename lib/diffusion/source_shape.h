@@ -4,30 +4,34 @@
 
 namespace vdb_diffuse {
 
-// How the light that scatters first is spread inside a voxel: a beam that enters a thick one scatters near
-// the face where it comes in. Along an axis that it travels up, Q ~ exp(-tau x), x in voxels. What follows is
-// for a beam of mean 1; all of it is odd in the direction, so that beams add up as their vector means do.
+// Where in a voxel a beam scatters: one that enters a thick voxel does so near the face where it comes in.
 
-/// The half voxel before the upper face emits less than the one before the lower face: half the difference of
-/// their first moments about the centre. (The flux at x lacks what starts between there and the face; summed
-/// over the way from the centre, what starts at x is missing on all of the way up to x.) -tau/24 for small
-/// tau.
-inline double beamAhead(double tau) {
-  if (tau < 0.01) return -tau / 24;
-  const double up = (0.5 + std::expm1(0.5 * tau) / -tau) / -std::expm1(tau);
-  const double down = (0.5 + std::expm1(-0.5 * tau) / tau) / -std::expm1(-tau);
-  return 0.5 * (up - down);
+/// Means over 0 <= t <= 1 of exp(-tau t), t exp(-tau t) and t^2 exp(-tau t), tau >= 0.
+struct DecayMoments {
+  double m0, m1, m2;
+};
+
+inline DecayMoments decayMoments(double tau) {
+  if (tau > 0.5) {
+    const double e = std::exp(-tau), m0 = (1 - e) / tau, m1 = (m0 - e) / tau;
+    return {m0, m1, (2 * m1 - e) / tau};
+  }
+  DecayMoments sum{0, 0, 0};
+  double term = 1;  // (-tau)^n / n!; what is left out is below 1e-12
+  for (int n = 0; n < 11; ++n) {
+    sum.m0 += term / (n + 1);
+    sum.m1 += term / (n + 2);
+    sum.m2 += term / (n + 3);
+    term *= -tau / (n + 1);
+  }
+  return sum;
 }
 
-/// Slope per voxel of the straight line with the same first moment. -tau for small tau, -6 for large.
-inline double beamSlope(double tau) {
-  return tau < 0.01 ? -tau : -12 * (0.5 + 1 / std::expm1(tau) - 1 / tau);
-}
-
-/// I0 bends where the beam scatters, I0'' = -2 r S: the slope of the straight line with its first moment,
-/// less that of the line between its faces, over 2 r S. -tau^2/60 over tau for small tau.
-inline double beamBend(double tau) {
-  return tau < 0.05 ? -tau / 60 : (-tau - beamSlope(tau)) / (tau * tau);
+/// First moment about the centre of a beam of mean 1 that travels up through a voxel of the optical depth
+/// tau, whose sides it enters at the same height: exp(-tau x). -tau/12 for small tau, -1/2 for large; odd.
+inline double beamLean(double tau) {
+  if (std::abs(tau) < 0.01) return -tau / 12;
+  return -(0.5 + 1 / std::expm1(tau) - 1 / tau);
 }
 
 }  // namespace vdb_diffuse

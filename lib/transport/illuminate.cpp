@@ -10,20 +10,21 @@
 #include "surfaces/surface_light.h"
 #include "transport/error_estimate.h"
 #include "transport/source.h"
+#include "transport/voxel_slopes.h"
 
 namespace vdb_diffuse {
 namespace {
 
 /// Half resistance r = 1/(2D), in mean voxel sizes, above which the correction of a voxel is damped. What
 /// changes from voxel to voxel passes a thick one mostly by the jumps of a source that is linear in each, not
-/// by its D: with the D of the medium the correction overshoots and the sweeps diverge from about one optical
-/// depth per voxel on (measured on a fractal cloud: r = 2 diverges at 2.3, r = 1 converges at 5.7, r = 0.5
-/// only converges later).
-constexpr float kMostResistance = 1;
+/// by its D, and a correction with the D of the medium overshoots. In a slab r = 2 would converge fastest at
+/// any depth; in a fractal cloud 2 swings about the answer, 1 still does at eleven optical depths a voxel,
+/// and from 0.5 to 0.7 it settles.
+constexpr double kMostResistance = 0.6;
 
-/// Voxels of more optical depths on average, weighted by density, are not swept. At ten, one sweep was
-/// further from Monte Carlo than none; a cloud whose densest voxel had eleven gained by four.
-constexpr double kThickestVoxels = 9;
+/// Voxels of more optical depths on average, weighted by density, are not swept. In a shell of nine, sweeps
+/// were further from Monte Carlo than none by two hundredths; a cloud whose densest voxel had eleven gained.
+constexpr double kThickestVoxels = 8.5;
 /// Thinner ones have never been seen to diverge, and nothing is kept to return to.
 constexpr double kThinVoxels = 0.5;
 
@@ -60,6 +61,11 @@ double meanDepth(const Medium& medium, double sigma_t) {
   return sums.below > 0 ? sigma_t * medium.transform().meanVoxelSize() * sums.above / sums.below : 0;
 }
 
+bool reflects(const std::vector<Surface>& surfaces, int channel) {
+  return std::any_of(surfaces.begin(), surfaces.end(),
+                     [&](const Surface& s) { return s.albedo[channel] > 0; });
+}
+
 /// A set of directions on the grid, and where surfaces cut their rays.
 struct Rays {
   Wavefront wavefront;
@@ -81,20 +87,22 @@ class Refinement {
     if (scaledNormSquared(*e.A, channel.rhs.b) == 0) return;  // no light
     setUpCorrection(channel);
     second_.clear();
-    formBeamSlope(channel, medium_, beam_slope_);
     const bool vectors = e.optics.g != 0 || settings_.want_flux;
     if (vectors) {
       for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
-      diffusiveFlux(e, medium_, channel.I0, {&channel.Q0, channel.Q1_flux, channel.scale}, &channel.flux);
+      diffusiveFlux(e, medium_, channel.I0, channel.beams, &channel.flux);
     }
+    slopes_ = std::make_unique<VoxelSlopes>(channel, medium_);
     std::unique_ptr<SurfaceLight> around;
     const double depth = meanDepth(medium_, e.optics.sigma_t_beam);
     ErrorEstimate estimate(depth, medium_.optics.g);
     double last_change = HUGE_VAL;
+    // What few directions bring to a ground they bring in spots, and take back from those.
+    const int coarse_sweeps = reflects(*e.settings.surfaces, e.channel) ? 0 : transport_.coarse_sweeps;
     for (int k = 0; k < transport_.sweeps; ++k) {
       if (settings_.progress) settings_.progress("sweeps", static_cast<double>(k) / transport_.sweeps);
-      if (k == 0 || k == transport_.coarse_sweeps) {
-        rays_ = &raysOf(k < transport_.coarse_sweeps ? transport_.order : transport_.fine_order, channel);
+      if (k == 0 || k == coarse_sweeps) {
+        rays_ = &raysOf(k < coarse_sweeps ? transport_.directions : transport_.fine_directions, channel);
         last_change = HUGE_VAL;  // other directions, other errors of theirs
         around.reset();
         if (!rays_->cuts.empty())
@@ -128,34 +136,35 @@ class Refinement {
   const Medium& medium_;
   const DiffuseSettings settings_;
   const TransportSettings transport_;
-  std::map<int, Rays> rays_by_order_;
-  const Rays* rays_ = nullptr;          // of the sweep at hand
-  VectorField beam_slope_;              // of the channel at hand
-  std::vector<Field<float>> second_;    // moments of its light
-  const Equation* equation_ = nullptr;  // whose correction is set up
+  std::map<int, Rays> rays_by_directions_;
+  const Rays* rays_ = nullptr;           // of the sweep at hand
+  std::unique_ptr<VoxelSlopes> slopes_;  // of the light of the channel at hand
+  std::vector<Field<float>> second_;     // moments of its light
+  const Equation* equation_ = nullptr;   // whose correction is set up
   const Equation* correction_ = nullptr;
   Multigrid* multigrid_ = nullptr;
   std::unique_ptr<Equation> damped_;
   std::unique_ptr<Multigrid> damped_multigrid_;
 
-  const Rays& raysOf(int order, const ChannelSolution& channel) {
-    const auto found = rays_by_order_.find(order);
-    if (found != rays_by_order_.end()) return found->second;
+  const Rays& raysOf(int directions, const ChannelSolution& channel) {
+    const auto found = rays_by_directions_.find(directions);
+    if (found != rays_by_directions_.end()) return found->second;
     const Equation& e = channel.equation;
     Wavefront wavefront(medium_.density.topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]),
-                        halfRangeSet(order));
+                        halfRangeSet(directions));
     SurfaceCuts cuts =
         findSurfaceCuts(wavefront, medium_.transform(), channel.occluder, *e.settings.surfaces);
-    return rays_by_order_.emplace(order, Rays{std::move(wavefront), std::move(cuts)}).first->second;
+    return rays_by_directions_.emplace(directions, Rays{std::move(wavefront), std::move(cuts)}).first->second;
   }
 
   /// A sweep of the light as it is; afterwards surfaces send out what it has brought them.
   SweepResult sweepFrom(const ChannelSolution& channel, size_t moments, SurfaceLight* surfaces) const {
     SweepSource source;
-    formSweepSource(channel, medium_, beam_slope_, second_, source);
-    if (!surfaces) return sweep(rays_->wavefront, source, moments);
+    formSweepSource(channel, medium_, slopes_->now(channel, medium_), second_, source);
+    const bool want_slope = slopes_->needsSwept();
+    if (!surfaces) return sweep(rays_->wavefront, source, moments, want_slope);
     const Obstacles obstacles = surfaces->obstacles();
-    SweepResult swept = sweep(rays_->wavefront, source, moments, false, &obstacles);
+    SweepResult swept = sweep(rays_->wavefront, source, moments, want_slope, &obstacles);
     surfaces->turn();
     return swept;
   }
@@ -165,12 +174,14 @@ class Refinement {
   double step(ChannelSolution& channel, bool vectors, SurfaceLight* surfaces) {
     const Topology& topology = medium_.topology();
     SweepResult swept = sweepFrom(channel, vectors ? kFirstOrder : 0, surfaces);
-    const double leak = escapedBy(swept.mean);
-    if (leak > 0 && swept.escaped > kMostLeakRatio * leak) openCorrection(swept.escaped / leak);
+    const double leak = escapedThrough(*correction_, medium_, swept.mean);
+    if (leak > 0 && swept.escaped > kMostLeakRatio * leak)
+      setCorrection(correction_->settings.most_resistance,
+                    correction_->settings.opening * swept.escaped / leak);
     const Field<float> R = imbalance(channel, swept);
     Field<double> d(topology);
     solveCorrection(channel, R, d);
-    channel.escaped = swept.escaped + escapedBy(d);
+    channel.escaped = swept.escaped + escapedThrough(*correction_, medium_, d);
     const Ratio change = sumOverBlocks<Ratio>(topology.blockCount(), [&](size_t b) {
       Ratio sum;
       const float* rho = medium_.density.values.block(b);
@@ -184,23 +195,29 @@ class Refinement {
       }
       return sum;
     });
-    if (vectors) updateMoments(channel, swept, d);
+    if (slopes_->needsSwept() || vectors) updateMoments(channel, swept, d, vectors);
     return change.below > 0 ? std::sqrt(change.above / change.below) : 0;
   }
 
-  void updateMoments(ChannelSolution& channel, SweepResult& swept, const Field<double>& d) {
+  void updateMoments(ChannelSolution& channel, SweepResult& swept, const Field<double>& d, bool vectors) {
     const Topology& topology = medium_.topology();
+    VectorField flux, slope;
+    if (vectors)
+      for (Field<float>& component : flux) component = Field<float>(topology);
+    const bool slopes = slopes_->needsSwept();
+    if (slopes)
+      for (Field<float>& component : slope) component = Field<float>(topology);
+    diffusiveFlux(*correction_, medium_, d, {}, vectors ? &flux : nullptr, slopes ? &slope : nullptr);
+    if (slopes) slopes_->update(channel, medium_, swept.slope, slope);
+    if (!vectors) return;
     second_.clear();
     for (size_t k = kFirstOrder; k < swept.moments.size(); ++k)
       second_.push_back(std::move(swept.moments[k]));
-    VectorField change;
-    for (Field<float>& component : change) component = Field<float>(topology);
-    diffusiveFlux(*correction_, medium_, d, {}, &change);
     const float per_moment = static_cast<float>(1 / std::sqrt(3.0));
     for (int a = 0; a < 3; ++a)
       forEachBlock(topology.blockCount(), [&](size_t b) {
         for (int n = 0; n < kBlockVoxels; ++n)
-          channel.flux[a].block(b)[n] = swept.moments[a].block(b)[n] * per_moment + change[a].block(b)[n];
+          channel.flux[a].block(b)[n] = swept.moments[a].block(b)[n] * per_moment + flux[a].block(b)[n];
       });
   }
 
@@ -213,11 +230,12 @@ class Refinement {
     solving.max_iterations = settings_.max_iterations;
     const SolveReport report = solve(*multigrid_, R, d, solving);
     channel.converged = channel.converged && report.converged;
+    meansOfSolution(*correction_, medium_, d);
     channel.iterations += report.iterations;
     channel.relative_residual = report.relative_residual * size / norm;
   }
 
-  /// The equation itself, or where some voxel is thick a copy with its resistances bounded.
+  /// The equation itself, or where some voxel is thick one with its resistances bounded.
   void setUpCorrection(ChannelSolution& channel) {
     const Equation& e = channel.equation;
     if (equation_ == &e && damped_) return;
@@ -226,44 +244,21 @@ class Refinement {
     const Topology& topology = medium_.topology();
     const size_t thick = sumOverBlocks<size_t>(topology.blockCount(), [&](size_t b) {
       size_t count = 0;
+      const float* rho = medium_.density.values.block(b);
       for (auto it = topology.active(b).beginOn(); it; ++it)
-        count += e.A->half_resistance.block(b)[it.pos()] > kMostResistance;
+        count += e.profile(rho[it.pos()]).r > kMostResistance;
       return count;
     });
-    if (thick == 0) return;
-    damped_ = std::make_unique<Equation>(e);
-    const auto A = std::make_shared<Operator>(*e.A);
-    forEachBlock(topology.blockCount(), [&](size_t b) {
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        float& r = A->half_resistance.block(b)[it.pos()];
-        r = std::min(r, kMostResistance);
-      }
-    });
-    formDiagonal(*A);
-    damped_->A = A;
-    damped_multigrid_ = std::make_unique<Multigrid>(A);
-    correction_ = damped_.get();
-    multigrid_ = damped_multigrid_.get();
+    if (thick > 0) setCorrection(kMostResistance, 1);
   }
 
-  /// The correction with `factor` times the conductance through all open faces.
-  void openCorrection(double factor) {
-    const Topology& topology = medium_.topology();
-    const double tau_a = correction_->optics.sigma_a * correction_->h;
-    auto opened = std::make_unique<Equation>(*correction_);
-    const auto A = std::make_shared<Operator>(*correction_->A);
-    forEachBlock(topology.blockCount(), [&](size_t b) {
-      const float* rho = medium_.density.values.block(b);
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        float& sink = A->sink.block(b)[it.pos()];
-        const float absorbing = static_cast<float>(tau_a * rho[it.pos()]);
-        sink = absorbing + static_cast<float>(factor) * (sink - absorbing);
-      }
-    });
-    formDiagonal(*A);
-    opened->A = A;
-    damped_ = std::move(opened);
-    damped_multigrid_ = std::make_unique<Multigrid>(A);
+  void setCorrection(double most_resistance, double opening) {
+    EquationSettings settings = equation_->settings;
+    settings.most_resistance = most_resistance;
+    settings.opening = opening;
+    damped_ = std::make_unique<Equation>(
+        formEquation(medium_, equation_->optics, equation_->channel, settings_.model.model, settings));
+    damped_multigrid_ = std::make_unique<Multigrid>(damped_->A);
     correction_ = damped_.get();
     multigrid_ = damped_multigrid_.get();
   }
@@ -281,28 +276,11 @@ class Refinement {
         const int n = static_cast<int>(it.pos());
         const double Q = emission != 0 ? emission * medium_.emission.block(b)[n] : 0;
         R.block(b)[n] = static_cast<float>(
-            rho[n] * (tau_s * channel.Q0.block(b)[n] + Q - tau_a * swept.mean.block(b)[n]) -
+            rho[n] * (tau_s * channel.beams.Q0->block(b)[n] + Q - tau_a * swept.mean.block(b)[n]) -
             swept.divergence.block(b)[n]);
       }
     });
     return R;
-  }
-
-  /// What light sends out through open faces, as the correction has it.
-  template <typename T>
-  double escapedBy(const Field<T>& d) const {
-    const Topology& topology = medium_.topology();
-    const double tau_a = correction_->optics.sigma_a * correction_->h;
-    return sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
-      double sum = 0;
-      const float* rho = medium_.density.values.block(b);
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        const int n = static_cast<int>(it.pos());
-        sum += (static_cast<double>(correction_->A->sink.block(b)[n]) - static_cast<float>(tau_a * rho[n])) *
-               d.block(b)[n];
-      }
-      return sum;
-    });
   }
 };
 

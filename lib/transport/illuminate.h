@@ -7,10 +7,10 @@ namespace vdb_diffuse {
 struct TransportSettings {
   int sweeps = 2;  ///< after the diffusion solve, each followed by a correction
   std::optional<double>
-      error;            ///< sweep until the estimated error is at most this; `sweeps` is then the most
-  int order = 96;        ///< directions, see halfRangeSet
-  int fine_order = 168;  ///< directions after this many sweeps: what is left by then is theirs
-  int coarse_sweeps = 2;
+      error;                  ///< sweep until the estimated error is at most this; `sweeps` is then the most
+  int directions = 96;        ///< of a sweep, see halfRangeSet
+  int fine_directions = 168;  ///< of later sweeps, and of all where surfaces reflect
+  int coarse_sweeps = 2;      ///< with the fewer: what is left after them is theirs
 };
 
 /// Diffusion, then transport sweeps that buy its model error down.

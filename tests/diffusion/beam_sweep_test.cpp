@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "diffusion/first_scatter.h"
+#include "diffusion/source_shape.h"
 #include "volumes.h"
 
 namespace vdb_diffuse {
@@ -111,6 +112,58 @@ TEST(BeamSweep, ClosesTheEnergyOfAnObliqueBeam) {
         expected += std::abs(d[axis]) * (side / kSteps) * (side / kSteps) * -std::expm1(-sigma * chord);
       }
   EXPECT_NEAR(lost, expected, 2e-4 * expected);
+}
+
+FirstScatter shaped(const Medium& medium, const Scene& scene) {
+  FirstScatterSettings settings;
+  settings.want_shape = true;
+  return firstScatter(medium, scene, Occluder({}), Model::kDefault, settings);
+}
+
+TEST(BeamShape, EvenLightHasNone) {
+  Medium medium = boxMedium(Coord(9, 10, 11), Transform::uniform(1), [](Coord) { return 1e-6; });
+  Scene sky;
+  sky.lights.push_back({"sky", DomeLight{Vec3d(1), nullptr, 0}});
+  for (const Scene& scene : {sunAlong(Vec3d(0, 0, -1)), sunAlong(Vec3d(0.02, 1, 0)),
+                             sunAlong(Vec3d(1, 0.99, 0.3)), sunAlong(Vec3d(-0.3, 0.5, 0.8)), sky}) {
+    const FirstScatter light = shaped(medium, scene);
+    forEachVoxel(medium.topology(), [&](Coord p, size_t i) {
+      for (int a = 0; a < 3; ++a) {
+        EXPECT_NEAR(light.shape[0].lean[a][i], 0, 1e-5 * light.direct[0][i]) << p << ", axis " << a;
+        EXPECT_NEAR(light.shape[0].spread[a][i], 0, 1e-5 * light.direct[0][i]) << p << ", axis " << a;
+      }
+    });
+  }
+}
+
+// Below a flat face light falls as exp(-tau z / mu) whatever else its direction is.
+TEST(BeamShape, IsThatOfTheDecayBelowAFlatFace) {
+  constexpr int kWidth = 64, kLayers = 3;
+  for (double depth : {0.5, 2.0})
+    for (const Vec3d& d : {Vec3d(0, 0, -1), Vec3d(0.3, 0.2, -1), Vec3d(1, 0.4, -0.8), Vec3d(1, 0.3, -0.4)}) {
+      Medium medium =
+          boxMedium(Coord(kWidth, kWidth, kLayers), Transform::uniform(1), [](Coord) { return 1.0; });
+      medium.optics.sigma_s = Vec3d(depth);
+      const FirstScatter light = shaped(medium, sunAlong(d));
+      const double tau = depth / std::abs(d.unit()[2]);
+      const DecayMoments decay = decayMoments(tau);
+      const double lean = 0.5 - decay.m1 / decay.m0,  // up, toward the light
+          spread = 0.25 - decay.m1 / decay.m0 + decay.m2 / decay.m0 - 1. / 12;
+      double sum = 0, leans[3] = {}, spreads[3] = {};
+      for (int n = 0; n < 256; ++n) {
+        const Coord p(kWidth / 2 - 8 + n / 16, kWidth / 2 - 8 + n % 16, kLayers - 1);
+        sum += light.direct[0].at(medium.topology(), p);
+        for (int a = 0; a < 3; ++a) {
+          leans[a] += light.shape[0].lean[a].at(medium.topology(), p);
+          spreads[a] += light.shape[0].spread[a].at(medium.topology(), p);
+        }
+      }
+      for (int a = 0; a < 3; ++a) {  // nine rays in a voxel, aslant where the beam is not nearest to z
+        EXPECT_NEAR(leans[a] / sum, a == 2 ? lean : 0, (a == 2 ? 0.06 : 0.25) * lean)
+            << d << " depth " << depth << " axis " << a;
+        EXPECT_NEAR(spreads[a] / sum, a == 2 ? spread : 0, 0.01) << d << " depth " << depth << " axis " << a;
+      }
+    }
 }
 
 // A plate between sun and box: dark behind it, untouched beside it.

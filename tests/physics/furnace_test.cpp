@@ -70,14 +70,12 @@ TEST(Furnace, RadianceIsThatOfTheSky) {
 
 // The light that scatters first in a voxel of several optical depths does so near its outer side; a source
 // that starts from the middle finds its way out too late, and was 54 % too bright at 3.3 optical depths per
-// voxel. What is left goes with the voxel.
+// voxel.
 TEST(Furnace, ThickVoxelsScatterWhereTheLightIs) {
-  const Departure thin = furnace(1.0 * 12 / kRadius, 0, 0, kNoCap),
-                  thick = furnace(3.3 * 12 / kRadius, 0, 0, kNoCap);
-  EXPECT_LT(std::abs(thin.mean), 0.1) << told(thin);
-  EXPECT_LT(std::abs(thick.mean), 0.25) << told(thick);
-  const Departure coarse = furnace(8, 0, 0, kNoCap, 8), fine = furnace(8, 0, 0, kNoCap, 16);
-  EXPECT_LT(std::abs(fine.mean), 0.65 * std::abs(coarse.mean)) << told(coarse) << "; " << told(fine);
+  for (double tau : {1.0, 2.0, 3.3, 6.0}) {
+    const Departure d = furnace(tau * 12 / kRadius, 0, 0, kNoCap);
+    EXPECT_LT(std::abs(d.mean), 0.1) << tau << " a voxel: " << told(d);
+  }
   const Departure absorbing = furnace(9, 1, 0, kNoCap);  // absorption and emission in balance hide it inside
   EXPECT_LT(absorbing.inside, 0.01) << told(absorbing);
 }

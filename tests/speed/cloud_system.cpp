@@ -31,7 +31,7 @@ CloudSystem makeCloudSystem(size_t voxels, bool raw) {
   Scene scene;
   scene.lights.push_back({"sun", SunLight{}});
   const FirstScatter light = firstScatter(system.medium, scene, Occluder(scene.surfaces), model);
-  system.b = formRightHandSide(system.equation, system.medium, light.sourceOf(0), nullptr, 1).b;
+  system.b = formRightHandSide(system.equation, system.medium, {&light.sourceOf(0)}).b;
   return system;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "diffusion/diffuse.h"
 #include "medium/angular_basis.h"
@@ -16,6 +17,7 @@ struct Channel {
   Field<float> Q0;
   VectorField Q1_flux;
   std::vector<Field<float>> Q2_moments;
+  std::optional<BeamShape> shape;
   RightHandSide rhs;
   Occluder nothing{std::vector<Surface>{}};
 
@@ -34,7 +36,8 @@ struct Channel {
   /// With the diffuse light I0(p) and no flux.
   template <typename Function>
   ChannelSolution solution(double scale, const Function& I0) {
-    ChannelSolution channel(*equation, *multigrid, Q0, &Q1_flux, &Q2_moments, rhs, nothing, scale);
+    ChannelSolution channel(*equation, *multigrid, {&Q0, &Q1_flux, shape ? &*shape : nullptr, scale},
+                            &Q2_moments, rhs, nothing);
     for (Field<float>& component : channel.flux) component = Field<float>(medium.topology());
     forEachVoxel(medium.topology(), [&](Coord p, size_t i) { channel.I0[i] = scale * I0(p); });
     return channel;

@@ -12,14 +12,14 @@ namespace {
 constexpr double kTolerance = 1e-5;
 
 DiffuseResult lit(const Medium& medium, const Scene& scene, int sweeps, Model model = Model::kDefault,
-                  double tolerance = kTolerance, int order = 96) {
+                  double tolerance = kTolerance, int directions = 96) {
   DiffuseSettings settings;
   settings.model.model = model;
   settings.tolerance = tolerance;
   settings.want_flux = true;
   TransportSettings transport;
   transport.sweeps = sweeps;
-  transport.order = order;
+  transport.directions = directions;
   const DiffuseResult result = illuminate(medium, scene, settings, transport);
   EXPECT_TRUE(result.converged) << sweeps << " sweeps";
   EXPECT_LT(std::abs(result.energy.closure()), 10 * tolerance) << sweeps << " sweeps";
@@ -58,7 +58,7 @@ Scene skyScene(double L) {
 // Under a sky of radiance L all light together is L in every place (see the furnace of physics/).
 TEST(Illuminate, SweepsFillTheFurnaceEvenly) {
   constexpr double kRadius = 4, kL = 3;
-  for (double tau : {0.1, 2.0, 10.0})  // optical radius: up to 0.8 in a voxel
+  for (double tau : {0.1, 2.0, 10.0, 30.0})  // optical radius: up to 2.5 in a voxel
     for (double g : {0.0, 0.7})
       for (double albedo : {1.0, 0.9}) {
         Medium medium = ballMedium(kRadius, kRadius / 12);
@@ -72,8 +72,7 @@ TEST(Illuminate, SweepsFillTheFurnaceEvenly) {
           sum += off;
           count += 1;
         });
-        // A sky's first scatter is steeper in a thick voxel than what its vector mean tells.
-        const double voxel = tau / 12, room = 0.03 * voxel;
+        const double voxel = tau / 12, room = 0.025 * voxel;  // few rays cross a voxel
         EXPECT_LT(std::sqrt(square / count), 0.012 + room)
             << "optical radius " << tau << " g " << g << " albedo " << albedo;
         EXPECT_LT(std::abs(sum / count), 0.008 + room)
@@ -87,11 +86,13 @@ struct SlabColumn {
   double extrapolation;  // length beyond the bottom at which deep light would be gone, in optical depths
 };
 
-SlabColumn slabColumn(double tau, double albedo, double g, int layers, int width, int sweeps, int order = 96) {
+SlabColumn slabColumn(double tau, double albedo, double g, int layers, int width, int sweeps,
+                      int directions = 96) {
   Medium medium =
       boxMedium(Coord(width, width, layers), Transform::uniform(tau / layers), [](Coord) { return 1.0; });
   setOptics(medium, 1, albedo, g);
-  const DiffuseResult result = lit(medium, sunScene(Vec3d(0, 0, -1)), sweeps, Model::kDefault, 1e-4, order);
+  const DiffuseResult result =
+      lit(medium, sunScene(Vec3d(0, 0, -1)), sweeps, Model::kDefault, 1e-4, directions);
   const Topology& topology = medium.topology();
   const auto column = [&](const Field<float>& field, int k) {  // of a patch: rays meet neighbours elsewhere
     double sum = 0;
@@ -140,10 +141,13 @@ TEST(Illuminate, ForgetsTheModelThatItStartsFrom) {
   for (int sweeps : {0, 1, 2, 4, 8}) {
     const DiffuseResult a = lit(medium, sun, sweeps), b = lit(medium, sun, sweeps, Model::kP1);
     const double now = difference(medium.topology(), a.diffuse[0], b.diffuse[0]);
-    EXPECT_LT(now, (sweeps > 2 ? 0.5 : 0.9) * before) << sweeps << " sweeps";
+    if (sweeps < 8) {
+      EXPECT_LT(now, (sweeps > 2 ? 0.5 : 0.9) * before) << sweeps << " sweeps";
+    }
     before = now;
   }
-  EXPECT_LT(before, 0.03);  // they start from 1.1
+  EXPECT_LT(before,
+            0.015);  // they start from 1.1, and see the light's slopes in the voxels a little differently
 }
 
 // In voxels of up to two optical depths. Thicker ones do not settle, nor do two optical depths in voxels that
@@ -161,7 +165,7 @@ TEST(Illuminate, SettlesInThinVoxels) {
         const double change = difference(medium.topology(), now.diffuse[0], last.diffuse[0]);
         if (sweeps == 1) first_change = change;
         if (sweeps == 16) {
-          EXPECT_LT(change, 0.02 * first_change) << "depth " << depth << " g " << g;
+          EXPECT_LT(change, 0.004) << "depth " << depth << " g " << g << ", first " << first_change;
         }
         last = std::move(now);
       }

@@ -15,6 +15,7 @@ DiffuseResult swept(const Medium& medium, const Scene& scene, int sweeps) {
   settings.tolerance = kTolerance;
   TransportSettings transport;
   transport.sweeps = sweeps;
+  transport.directions = transport.fine_directions;  // the same with and without a bright ground
   const DiffuseResult result = illuminate(medium, scene, settings, transport);
   EXPECT_TRUE(result.converged);
   EXPECT_LT(std::abs(result.energy.closure()), 10 * kTolerance);
@@ -84,7 +85,7 @@ TEST(Surfaces, GroundSendsBackWhatTheInverseSquareLawSays) {
 TEST(Surfaces, FarGroundSendsBackTooMuchByALittle) {
   for (const double H : {5.0, 20.0}) {
     EXPECT_GT(returnedOverExact(H), 0.8) << H;
-    EXPECT_LT(returnedOverExact(H), 2.5) << H;
+    EXPECT_LT(returnedOverExact(H), 2) << H;
   }
 }
 
