@@ -180,23 +180,20 @@ CoordRange activeBox(const Topology& topology) {
 BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
                      const ReflectedLight& reflected)
     : medium_(medium), optics_(optics), occluder_(occluder), reflected_(reflected) {
+  const Topology& topology = medium.topology();
+  const CoordRange box = activeBox(topology);
+  middle_index_ = 0.5 * (box.lowest.asVec3d() + box.highest.asVec3d());
   Vec3d low(1e300), high(-1e300);
-  const auto take = [&](const Vec3d& p) {
+  const Coord &a = topology.lowest(), &b = topology.highest();
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p =
+        medium.transform().toWorld(Vec3d(corner & 1 ? b[0] + 1 : a[0] - 1, corner & 2 ? b[1] + 1 : a[1] - 1,
+                                         corner & 4 ? b[2] + 1 : a[2] - 1));
     low = openvdb::math::minComponent(low, p);
     high = openvdb::math::maxComponent(high, p);
-  };
-  const Coord &a = medium.topology().lowest(), &b = medium.topology().highest();
-  for (int corner = 0; corner < 8; ++corner)
-    take(medium.transform().toWorld(Vec3d(corner & 1 ? b[0] + 1 : a[0] - 1, corner & 2 ? b[1] + 1 : a[1] - 1,
-                                          corner & 4 ? b[2] + 1 : a[2] - 1)));
-  if (!occluder.empty()) {
-    take(occluder.lowest());
-    take(occluder.highest());
   }
-  const CoordRange box = activeBox(medium.topology());
-  middle_index_ = 0.5 * (box.lowest.asVec3d() + box.highest.asVec3d());
-  middle_ = 0.5 * (low + high);
-  radius_ = 0.5 * (high - low).length();
+  width_ = (high - low).length();
+  surfaces_inside_ = occluder.comesNear(low, high);
 }
 
 void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
@@ -213,35 +210,41 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
   double basis[kSecondOrder];
   angularBasis(along_axes, basis);
 
-  // Where surfaces change the light of a ray, in order; t counts from p.
-  const auto changesOf = [&](const Vec3d& p, std::vector<Change>& changes) {
+  // Where surfaces change the light of a ray from t_first on, in order; t counts from p. What it met before
+  // is asked backward: the nearest surface there is all that counts.
+  const auto changesOf = [&](const Vec3d& p, double t_first, std::vector<Change>& changes) {
     changes.clear();
-    if (occluder_.empty()) return;
-    const Vec3d p_world = transform.toWorld(p);
-    const double t_start = ((middle_ - p_world).dot(beam.direction) - 2 * radius_) / lattice.length;
-    Vec3d origin = p_world + beam.direction * (t_start * lattice.length);
-    double travelled = 0;
-    const double end = 4 * radius_, step = 1e-6 * transform.meanVoxelSize() + 1e-9 * radius_;
-    while (travelled < end) {
-      auto hit = occluder_.closest(origin, beam.direction, end - travelled);
-      if (!hit) return;
-      Change change{t_start + (travelled + hit->distance) / lattice.length, {}};
-      if (beam.from_surfaces) {
-        hit->front = !hit->front;  // light goes on from the side that a forward ray does not meet
-        change.power = reflected_.radiance(*hit, origin, beam.direction);
-        change.power.direct *= beam.weight;
-        change.power.beam *= beam.weight;
-      }
+    Vec3d origin = transform.toWorld(p + lattice.d * t_first);
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    const auto add = [&](double t, const Occluder::Hit& hit, const Vec3d& from, const Vec3d& toward) {
+      Change change{t, reflected_.radiance(hit, from, toward)};
+      change.power.direct *= beam.weight;
+      change.power.beam *= beam.weight;
       changes.push_back(change);
-      if (!beam.from_surfaces) return;  // dark from here on
+    };
+    if (!beam.from_surfaces) {
+      if (occluder_.hidden(origin, -beam.direction, kFar)) changes.push_back({t_first, {}});
+    } else if (const auto hit = occluder_.closest(origin, -beam.direction, kFar)) {
+      add(t_first, *hit, origin, -beam.direction);
+    }
+    if (!surfaces_inside_ || (!beam.from_surfaces && !changes.empty())) return;
+    double travelled = 0;
+    const double step = 1e-6 * transform.meanVoxelSize() + 1e-9 * width_;
+    while (auto hit = occluder_.closest(origin, beam.direction, width_ - travelled)) {
+      const double t = t_first + (travelled + hit->distance) / lattice.length;
+      if (!beam.from_surfaces) {
+        changes.push_back({t, {}});
+        return;  // dark from here on
+      }
+      hit->front = !hit->front;  // light goes on from the side that a forward ray does not meet
+      add(t, *hit, origin, beam.direction);
       travelled += hit->distance + step;
+      if (!(travelled < width_)) return;
       origin += beam.direction * (hit->distance + step);
     }
   };
 
   const auto followRay = [&](const Vec3d& p, std::vector<Change>& changes) {
-    changesOf(p, changes);
-    if (beam.from_surfaces && changes.empty()) return;
     RayLight light;
     const auto set = [&](const ReflectedLight::Radiance& power) {
       for (int c = 0; c < channels; ++c) {
@@ -250,6 +253,8 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
       }
     };
     set({beam.power, beam.power});
+    bool asked = occluder_.empty();
+    changes.clear();
     size_t next = 0;
     double brightest = light.largest(channels);
     const auto addShape = [&](BeamShape& shape, size_t block, int voxel, double t0, double extent,
@@ -298,6 +303,12 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     marchRay(topology, p, lattice.d, -kFar, kFar, [&](size_t block, int voxel, double t0, double t1) {
       const bool active = topology.active(block).isOn(voxel);
+      if (!asked) {
+        if (!active) return true;
+        changesOf(p, t0, changes);
+        asked = true;
+        if (beam.from_surfaces && changes.empty()) return false;
+      }
       while (next < changes.size() && changes[next].t < t1) {
         const double t = std::max(t0, changes[next].t);
         if (active && t > t0) deposit(block, voxel, t0, t);

@@ -44,9 +44,9 @@ class BeamSweep {
   const std::vector<ChannelOptics>& optics_;
   const Occluder& occluder_;
   const ReflectedLight& reflected_;
-  Vec3d middle_index_;  // of the active voxels
-  Vec3d middle_;        // of volume and surfaces together, world
-  double radius_;       // of a ball about it that holds them
+  Vec3d middle_index_;    // of the active voxels
+  double width_;          // of the volume's box from corner to corner, world
+  bool surfaces_inside_;  // a surface may come near the box
 };
 
 }  // namespace vdb_diffuse

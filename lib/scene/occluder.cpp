@@ -70,6 +70,7 @@ struct Occluder::Impl {
   struct Piece {
     const float* positions = nullptr;
     const uint32_t* corners = nullptr;
+    size_t triangles = 0;
     Vec3d position(uint32_t i) const {
       return Vec3d(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
     }
@@ -106,7 +107,7 @@ struct Occluder::Impl {
         std::copy(mesh.triangles[t].begin(), mesh.triangles[t].end(), corners + 3 * t);
       rtcCommitGeometry(geometry);
       rtcAttachGeometryByID(scene, geometry, id);
-      pieces[id] = {positions, corners};
+      pieces[id] = {positions, corners, mesh.triangles.size()};
     }
     rtcReleaseGeometry(geometry);  // the scene keeps it
     throwOnError();
@@ -172,6 +173,20 @@ Vec3d Occluder::lowest() const {
 }
 Vec3d Occluder::highest() const {
   return impl_->box.highest - Vec3d(impl_->margin);
+}
+
+bool Occluder::comesNear(const Vec3d& lowest, const Vec3d& highest) const {
+  for (const Impl::Piece& piece : impl_->pieces)
+    for (size_t t = 0; t < piece.triangles; ++t) {
+      Box box;
+      for (int n = 0; n < 3; ++n) box.add(piece.position(piece.corners[3 * t + n]) + impl_->centre);
+      bool meets = true;
+      for (int a = 0; a < 3; ++a)
+        meets = meets && box.lowest[a] - impl_->margin <= highest[a] &&
+                box.highest[a] + impl_->margin >= lowest[a];
+      if (meets) return true;
+    }
+  return false;
 }
 
 std::optional<Occluder::Hit> Occluder::closest(const Vec3d& origin, const Vec3d& direction,

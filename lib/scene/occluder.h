@@ -24,6 +24,9 @@ class Occluder {
   Vec3d lowest() const;
   Vec3d highest() const;
 
+  /// False where no surface meets this box: no triangle's own box does.
+  bool comesNear(const Vec3d& lowest, const Vec3d& highest) const;
+
   struct Hit {
     int surface;        ///< index into the surfaces
     uint32_t triangle;  ///< index into the mesh's triangles

@@ -205,5 +205,33 @@ TEST(BeamSweep, ReflectedLightAgreesWithMarching) {
   EXPECT_NEAR(sweep, march, 0.02 * march);
 }
 
+// Plates within the volume, behind and before one another: each ray starts at the last one before its first
+// voxel and changes its light at those on its way, of sun and of what the plates reflect.
+TEST(BeamSweep, PlatesInTheVolumeAgreeWithMarching) {
+  Medium medium = boxMedium(Coord(16, 16, 16), Transform::uniform(0.5),
+                            [](Coord p) { return p[2] >= 6 && p[2] < 8 ? -1.0 : 0.3; });
+  Scene scene = sunAlong(Vec3d(0.3, 0.2, -1));
+  scene.surfaces.push_back({"below", quad(Vec3d(-9, -9, -2), Vec3d(30, 0, 0), Vec3d(0, 30, 0)), Vec3d(0.9)});
+  scene.surfaces.push_back({"in", quad(Vec3d(-9, -9, 1.75), Vec3d(13, 0, 0), Vec3d(0, 30, 0)), Vec3d(0.6)});
+  scene.surfaces.push_back({"gap", quad(Vec3d(2, -9, 3.2), Vec3d(13, 0, 0), Vec3d(0, 12, 0)), Vec3d(0.6)});
+  const auto light = [&](bool exact_march) {
+    FirstScatterSettings settings;
+    settings.rays_per_voxel = 64;
+    settings.exact_march = exact_march;
+    settings.gather_directions = 1000;
+    return firstScatter(medium, scene, Occluder(scene.surfaces), Model::kDefault, settings);
+  };
+  const FirstScatter march = light(true), sweep = light(false);
+  for (int z : {0, 3, 5, 8, 12}) {
+    double expected = 0, found = 0;
+    for (int x = 0; x < 16; ++x)
+      for (int y = 0; y < 16; ++y) {
+        expected += march.direct[0].at(medium.topology(), Coord(x, y, z));
+        found += sweep.direct[0].at(medium.topology(), Coord(x, y, z));
+      }
+    EXPECT_NEAR(found, expected, 0.02 * expected) << z;
+  }
+}
+
 }  // namespace
 }  // namespace vdb_diffuse

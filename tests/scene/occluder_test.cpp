@@ -129,5 +129,18 @@ TEST(Occluder, RefusesWhatEmbreeWouldDropInSilence) {
   EXPECT_THROW(Occluder({surface}), std::invalid_argument);
 }
 
+TEST(Occluder, ComesNearABoxThatATriangleMayMeet) {
+  const Occluder occluder({square(1, Vec3d(5e3, 0, 0)), square(1, Vec3d(5e3, 0, 10))});
+  const auto near = [&](double z0, double z1) {
+    return occluder.comesNear(Vec3d(5e3 - 0.1, -0.1, z0), Vec3d(5e3 + 0.1, 0.1, z1));
+  };
+  EXPECT_TRUE(near(-1, 1));
+  EXPECT_TRUE(near(8, 12));
+  EXPECT_TRUE(near(-5, 0)) << "touches";
+  EXPECT_FALSE(near(1, 9)) << "between the two, in the box of both";
+  EXPECT_FALSE(occluder.comesNear(Vec3d(0), Vec3d(1)));
+  EXPECT_FALSE(Occluder(std::vector<Surface>()).comesNear(Vec3d(-1), Vec3d(1)));
+}
+
 }  // namespace
 }  // namespace vdb_diffuse
