@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "grid/parallel.h"
+#include "surfaces/polygon.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -17,19 +18,6 @@ constexpr double kCellOfDistance = 0.2;
 /// voxel faces would else lie between two cubes, and rounding would say in which.
 constexpr double kOffGrid = 0.2360679775;
 constexpr double kLeastArea = 1.0 / 16;  ///< of a cell, of its cube's face: a smaller one reflects less
-
-/// The part of a convex polygon where sign * (p[axis] - at) >= 0, or > 0 for the negative sign: a polygon on
-/// the plane itself belongs to one side.
-void clip(std::vector<Vec3d>& polygon, int axis, double at, int sign) {
-  const auto inside = [&](const Vec3d& p) { return sign > 0 ? p[axis] >= at : p[axis] < at; };
-  std::vector<Vec3d> kept;
-  for (size_t n = 0; n < polygon.size(); ++n) {
-    const Vec3d &p = polygon[n], &q = polygon[(n + 1) % polygon.size()];
-    if (inside(p)) kept.push_back(p);
-    if (inside(p) != inside(q)) kept.push_back(p + (q - p) * ((at - p[axis]) / (q[axis] - p[axis])));
-  }
-  polygon.swap(kept);
-}
 
 /// The cube's neighbours and it itself.
 template <typename Body>
@@ -61,8 +49,9 @@ size_t CellHash::operator()(const CellKey& key) const {
   return static_cast<size_t>(h);
 }
 
-CellTree::CellTree(const Topology& topology, const Transform& transform, const std::vector<Surface>& surfaces)
-    : transform_(transform), surfaces_(surfaces) {
+CellTree::CellTree(const Topology& topology, const Transform& transform, const std::vector<Surface>& surfaces,
+                   int finest_level)
+    : transform_(transform), surfaces_(surfaces), finest_level_(finest_level) {
   const Vec3d low = topology.lowest().asVec3d() - Vec3d(0.5),
               high = topology.highest().asVec3d() + Vec3d(0.5);
   anchor_ = 0.5 * (low + high) + Vec3d(kOffGrid);
@@ -94,7 +83,7 @@ bool CellTree::fits(const CellKey& key) const {
   double distance = 0;
   for (int a = 0; a < 3; ++a)
     distance = std::max({distance, low_[a] - (place[a] + 1.0) * width, place[a] * width - high_[a]});
-  return key.level == 0 || width <= kCellOfDistance * distance;
+  return key.level <= finest_level_ || width <= kCellOfDistance * distance;
 }
 
 bool CellTree::isLeaf(const CellKey& key) const {
@@ -112,7 +101,8 @@ CellKey CellTree::keyOf(int surface, uint32_t triangle, bool front, const Vec3d&
   for (int a = 0; a < 3; ++a) outside = std::max({outside, low_[a] - p[a], p[a] - high_[a]});
   CellKey key{surface, static_cast<int8_t>(sideOf(surface, triangle, front)), 0, 0, 0, 0};
   // From the largest cube that may do downward: a cube is cut while it is too wide for its own distance.
-  for (int level = std::ilogb(std::max(1.0, kCellOfDistance * outside));; --level) {
+  const double finest = std::ldexp(1.0, finest_level_);
+  for (int level = std::ilogb(std::max(finest, kCellOfDistance * outside));; --level) {
     const double width = std::ldexp(1.0, level);
     const auto place = [&](int a) {
       return static_cast<int32_t>(std::clamp(std::floor(p[a] / width), -2e9, 2e9));

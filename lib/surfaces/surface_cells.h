@@ -26,11 +26,14 @@ struct CellHash {
   size_t operator()(const CellKey& key) const;
 };
 
-/// The octree: its cubes are a voxel wide beside the volume and grow with the distance. Small triangles share
-/// cells and large ones are spread over many, so that every cell meets about as many rays as its neighbours.
+/// The octree: its cubes are a voxel wide beside the volume, or as asked for, and grow with the distance.
+/// Small triangles share cells and large ones are spread over many, so that every cell meets about as many
+/// rays as its neighbours.
 class CellTree {
  public:
-  CellTree(const Topology& topology, const Transform& transform, const std::vector<Surface>& surfaces);
+  /// \param finest_level  of the cubes beside the volume
+  CellTree(const Topology& topology, const Transform& transform, const std::vector<Surface>& surfaces,
+           int finest_level = 0);
 
   CellKey keyOf(int surface, uint32_t triangle, bool front, const Vec3d& p_index) const;
   /// World area of a triangle in a cell's cube.
@@ -46,6 +49,7 @@ class CellTree {
  private:
   const Transform& transform_;
   const std::vector<Surface>& surfaces_;
+  int finest_level_;
   Vec3d anchor_, low_, high_;  // in voxels: a corner of all cubes, the volume's box about it
 
   bool fits(const CellKey& key) const;                        // small enough for its distance
