@@ -2,15 +2,15 @@
 
 #include <memory>
 
-#include "medium/medium.h"
+#include "diffusion/bounced_light.h"
 #include "scene/light_samples.h"
-#include "scene/occluder.h"
 
 namespace vdb_diffuse {
 
-/// Light that surfaces throw back into the medium: one bounce, Lambertian. Its radiance follows from the
-/// irradiance of the lights through the medium, computed where it is first asked for on a lattice in the
-/// plane of each triangle (cells grow with the distance from the volume) and kept.
+/// Light that surfaces throw back into the medium, Lambertian. Its radiance follows from the irradiance of
+/// the lights through the medium, computed where it is first asked for on a lattice in the plane of each
+/// triangle (cells grow with the distance from the volume) and kept, and from what surfaces send each other
+/// (bounced_light.h).
 class ReflectedLight {
  public:
   /// \param sigma_t_beam  extinction of the rescaled medium by channel, 1/(length density)
@@ -20,11 +20,7 @@ class ReflectedLight {
 
   /// True where some surface has an albedo and some light shines.
   bool any() const;
-  /// W/m2/sr: of the lights through the medium as it is, and through the rescaled one, where what scatters
-  /// nearly straight on reaches the surface too.
-  struct Radiance {
-    Vec3d direct{0, 0, 0}, beam{0, 0, 0};
-  };
+  using Radiance = TwofoldLight;  ///< W/m2/sr
   /// Radiance that leaves a surface toward a ray that met it. `hit` came from
   /// `occluder.closest(origin, direction, ...)`. The same for every caller, thread and order of calls.
   Radiance radiance(const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction) const;

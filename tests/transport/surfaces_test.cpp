@@ -188,6 +188,30 @@ TEST(Surfaces, ForwardLightReachesTheGround) {
   EXPECT_NEAR((mean(swept(medium, bright, 3)) - mean(swept(medium, black, 3))) / expected, 1, 0.1);
 }
 
+// Bright ground before a bright wall in the sun, each with a ball: one in the sun, one in the wall's shade,
+// where no light comes that a surface has not reflected.
+TEST(Surfaces, GroundAndSunlitWallLightEachOther) {
+  Medium medium = balls({Vec3d(0), Vec3d(3.5, 0, 0)}, 6);
+  medium.optics.sigma_s = Vec3d(0.5);
+  Scene scene = sunScene(Vec3d(1, 0.1, -1));
+  scene.surfaces.push_back(ground(-1.2, 0.8, 15));
+  scene.surfaces.push_back({"wall", quad(Vec3d(2, -6, -1.2), Vec3d(0, 12, 0), Vec3d(0, 0, 8)), Vec3d(0.8)});
+  DiffuseSettings many;
+  many.source.gather_directions = 512;  // few show the lit ground behind the wall too often or too seldom
+  const DiffuseResult result = illuminate(medium, scene, many, {});
+  ReferenceSettings settings;
+  settings.samples = 200000;
+  const ReferenceResult truth = reference(medium, scene, settings);
+  const auto ratio = [&](const Field<float>& found, const Field<float>& expected, bool behind) {
+    const auto where = [&](Coord p) { return (p[0] > 12) == behind; };
+    return meanOf(medium, found, where) / meanOf(medium, expected, where);
+  };
+  for (const bool behind : {false, true}) {
+    EXPECT_NEAR(ratio(result.direct[0], truth.direct[0], behind), 1, 0.03) << behind;
+    EXPECT_NEAR(ratio(result.diffuse[0], truth.diffuse[0], behind), 1, 0.03) << behind;
+  }
+}
+
 TEST(Surfaces, SameBitsForAnyNumberOfThreads) {
   Medium medium = balls({Vec3d(0), Vec3d(1.5, 1.8, 0.4)}, 6);
   Scene scene = sunScene(Vec3d(0.3, 0.2, -1));
