@@ -9,7 +9,7 @@
 #include "grid/error.h"
 #include "grid/spelling.h"
 #include "io/free_memory.h"
-#include "io/vdb_header.h"
+#include "vdb/header.h"
 
 namespace vdb_diffuse {
 namespace {

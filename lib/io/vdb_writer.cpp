@@ -9,7 +9,7 @@
 #include "grid/error.h"
 #include "io/atomic_file.h"
 #include "io/vdb_dilate.h"
-#include "io/vdb_header.h"
+#include "vdb/header.h"
 
 namespace vdb_diffuse {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "io/expect_error.h"
 #include "io/temporary_folder.h"
-#include "io/vdb_header.h"
+#include "vdb/header.h"
 
 namespace vdb_diffuse {
 namespace {

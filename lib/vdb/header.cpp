@@ -1,4 +1,4 @@
-#include "io/vdb_header.h"
+#include "vdb/header.h"
 
 #include <sys/stat.h>
 
