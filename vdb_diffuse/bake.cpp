@@ -137,7 +137,12 @@ void run(const BakeFlags& flags, ExitStatus& status) {
                                                                             : 0);
   transport.error = flags.error;
   checkMemory(flags.input, medium, settings.want_flux, transport.sweeps > 0);
-  DiffuseResult result = illuminate(medium, scene.scene, settings, transport);
+  DiffuseResult result;
+  try {
+    result = illuminate(medium, scene.scene, settings, transport);
+  } catch (const InputError& error) {  // which knows no files
+    throw InputError(flags.input + ": " + error.what());
+  }
   if (flags.error && result.estimated_error && *result.estimated_error > *flags.error) {
     char line[160];
     std::snprintf(
