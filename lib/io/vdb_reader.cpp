@@ -54,10 +54,11 @@ struct BadValues {
 
 enum class Sign { kNotNegative, kAny };
 
-/// Holds the active values to kLargestValue: refuses, or with `clamp` repairs, what is not finite or has a
-/// sign it must not have; what is larger is refused always, as no value in its place would be right.
-void requireRange(const std::string& name, const Topology& topology, Field<float>& values, Sign sign,
-                  bool clamp) {
+/// Holds the active values, called `what`, to kLargestValue: refuses, or with `clamp` repairs, what is not
+/// finite or has a sign it must not have; what is larger is refused always, as no value in its place would be
+/// right.
+void requireRange(const std::string& name, const std::string& what, const Topology& topology,
+                  Field<float>& values, Sign sign, bool clamp) {
   const float lowest = sign == Sign::kAny ? -kLargestValue : 0;
   const BadValues bad = sumOverBlocks<BadValues>(topology.blockCount(), [&](size_t b) {
     BadValues s;
@@ -81,11 +82,12 @@ void requireRange(const std::string& name, const Topology& topology, Field<float
   if (!bad.any()) return;
   char value[40];
   std::snprintf(value, sizeof value, "%g", bad.value);
-  throw InputError("grid " + name + ": " + std::to_string(bad.count + bad.too_large) +
-                   " active values are not finite" +
-                   (sign == Sign::kAny ? " or beyond +-1e30" : ", negative or above 1e30") + ", the first " +
-                   value + " at voxel " + at(bad.first) +
-                   (bad.too_large ? "; rescale the grid" : "; mend the grid, or set them to 0 by --clamp"));
+  const uint64_t count = bad.count + bad.too_large;
+  const std::string range = sign == Sign::kAny ? "-1e30..1e30" : "0..1e30";
+  throw InputError("grid " + name + ": " + what + " " + value + " at " + at(bad.first) + " is outside " +
+                   range +
+                   (count > 1 ? ", the first of " + std::to_string(count) + " active values that are" : "") +
+                   (bad.too_large ? "; rescale the grid" : "; mend the grid, or set it to 0 by --clamp"));
 }
 
 }  // namespace
@@ -209,7 +211,7 @@ Volume VdbFile::readDensity(const std::string& name, const ReadSettings& setting
   return impl_->guarded([&] {
     impl_->requireFog(impl_->find(chosen), "a density");
     GridValues values = readValues(chosen, settings);
-    requireRange(chosen, *values.topology, values.channels[0], Sign::kNotNegative, settings.clamp);
+    requireRange(chosen, "density", *values.topology, values.channels[0], Sign::kNotNegative, settings.clamp);
     return Volume{chosen, values.topology, values.transform, std::move(values.channels[0])};
   });
 }
@@ -226,7 +228,7 @@ Field<float> VdbFile::readOnto(const std::string& name, const Volume& target,
   return impl_->guarded([&] {
     impl_->requireFog(impl_->find(name), "what is wanted");
     Field<float> values = sampleOnto(*readGrid(name), target);
-    requireRange(name, *target.topology, values, Sign::kNotNegative, settings.clamp);
+    requireRange(name, "value", *target.topology, values, Sign::kNotNegative, settings.clamp);
     return values;
   });
 }
@@ -236,7 +238,7 @@ Channels VdbFile::readChannelsOnto(const std::string& name, const Volume& target
   return impl_->guarded([&] {
     Channels channels = copyOnto(*readGrid(name), target);
     for (Field<float>& values : channels)
-      requireRange(name, *target.topology, values, Sign::kAny, settings.clamp);
+      requireRange(name, "value", *target.topology, values, Sign::kAny, settings.clamp);
     return channels;
   });
 }

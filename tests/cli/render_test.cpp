@@ -183,7 +183,7 @@ TEST_F(RenderCommand, LightThatIsNotFiniteIsRefusedOrCountsAsZero) {
   OutputGrid diffuse = constant("diffuse", {-1});  // of either sign, as a bake may leave it
   diffuse.channels[0].block(0)[77] = std::numeric_limits<float>::quiet_NaN();
   write(kDensity, diffuse, constant("direct", {3}));
-  expectRefusal(run("-o " + png_), 3, {lit_ + ": grid diffuse: 1 active values", "--clamp"});
+  expectRefusal(run("-o " + png_), 3, {lit_ + ": grid diffuse: value", "outside", "--clamp"});
   EXPECT_NEAR(seen("--clamp")[0], across(2, 1), 2 * kPixel);
 }
 

@@ -117,9 +117,10 @@ TEST_F(VdbReader, RefusesBadValuesWithTheirNumberAndTheFirstAndClampsThemWhenAsk
     grid->tree().setValueOn(Coord(5, 6, 7), bad.value);
     grid->tree().setValueOn(Coord(5, 6, 8), bad.value);
     const VdbFile file(write({grid}));
-    expectError(ExitStatus::kInputRefused,
-                {"in.vdb", "density", "2 active values", bad.shown, "(5,6,7)", "--clamp"},
-                [&] { file.readDensity(); });
+    expectError(
+        ExitStatus::kInputRefused,
+        {"in.vdb", "density " + bad.shown + " at (5,6,7) is outside 0..1e30", "2 active values", "--clamp"},
+        [&] { file.readDensity(); });
     ReadSettings clamp;
     clamp.clamp = true;
     const Volume volume = file.readDensity("", clamp);
