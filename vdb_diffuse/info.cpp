@@ -68,6 +68,10 @@ Json describe(const VdbFile& file, const GridSummary& grid, double sigma_t) {
   out["class"] = grid.grid_class;
   out["half"] = grid.half;
   out["compression"] = grid.compression;
+  if (!grid.readable) {
+    out["note"] = "holds " + grid.value_type + ", which are not read";
+    return out;
+  }
   const Census counts = file.readCensus(grid.name);
   out["active_voxels"] = counts.active_voxels;
   out["leaves"] = counts.leaves;
@@ -107,18 +111,23 @@ std::string triple(const Json& v) {
   return "(" + number(v[0]) + ", " + number(v[1]) + ", " + number(v[2]) + ")";
 }
 
-void print(const Json& grid) {
-  std::cout << "grid " << grid["name"].get<std::string>() << ": " << grid["type"].get<std::string>()
-            << (grid["half"] ? " (stored in 16 bits)" : "") << ", " << grid["class"].get<std::string>();
-  const std::string compression = grid["compression"];
-  if (!compression.empty()) std::cout << ", compression " << compression;
-  std::cout << "\n  active voxels  " << grid["active_voxels"] << " in " << grid["leaves"] << " leaves ("
+void printVoxels(const Json& grid) {
+  std::cout << "  active voxels  " << grid["active_voxels"] << " in " << grid["leaves"] << " leaves ("
             << number(100 * grid["leaf_fill"].get<double>()) << " % full) and " << grid["active_tiles"]
             << " tiles";
   if (grid.contains("tiles"))
     std::cout << " (8^3: " << grid["tiles"]["8"] << ", 128^3: " << grid["tiles"]["128"]
               << ", 4096^3: " << grid["tiles"]["4096"] << ")";
   std::cout << "\n";
+}
+
+void print(const Json& grid) {
+  std::cout << "grid " << grid["name"].get<std::string>() << ": " << grid["type"].get<std::string>()
+            << (grid["half"] ? " (stored in 16 bits)" : "") << ", " << grid["class"].get<std::string>();
+  const std::string compression = grid["compression"];
+  if (!compression.empty()) std::cout << ", compression " << compression;
+  std::cout << "\n";
+  if (grid.contains("active_voxels")) printVoxels(grid);
   if (grid.contains("voxel_size"))
     std::cout << "  voxel size     " << triple(grid["voxel_size"]) << (grid["rotated"] ? ", rotated" : "")
               << (grid["mirrored"] ? ", mirrored" : "") << "\n";

@@ -9,7 +9,7 @@
 #include "grid/error.h"
 #include "grid/spelling.h"
 #include "io/free_memory.h"
-#include "vdb/header.h"
+#include "vdb/structure.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -90,6 +90,18 @@ void requireRange(const std::string& name, const std::string& what, const Topolo
                    (bad.too_large ? "; rescale the grid" : "; mend the grid, or set it to 0 by --clamp"));
 }
 
+/// Refuses a tree that would not fit before OpenVDB makes its nodes. In a damaged file, or one made to do
+/// harm, nodes are many times larger in memory than on the disk.
+void requireMemory(const std::string& start, uint64_t tree_bytes) {
+  const uint64_t free = freeMemory();
+  if (tree_bytes <= free) return;
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "its nodes would take %.4g MB, with %.4g MB to spare; use a coarser volume",
+                static_cast<double>(tree_bytes) / 1e6, static_cast<double>(free) / 1e6);
+  throw InputError(start + text);
+}
+
 }  // namespace
 
 struct VdbFile::Impl {
@@ -142,19 +154,29 @@ struct VdbFile::Impl {
 
 VdbFile::VdbFile(const std::string& path) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
-  impl_->header = readVdbHeader(path);  // the place for every check on the bytes, before OpenVDB trusts them
+  impl_->header = checkVdb(path);
   openvdb::initialize();
   impl_->guarded([&] {
+    uint64_t all_bytes = 0;
+    for (const VdbHeader::Grid& grid : impl_->header.grids)
+      if (grid.instance_of.empty()) all_bytes += grid.tree_bytes;
+    if (!impl_->header.has_offsets) requireMemory("", all_bytes);  // opening such a file reads all of it
     impl_->file = std::make_unique<openvdb::io::File>(path);
-    impl_->file->open(false);
+    impl_->file->open(false);  // without delayed loading, which trusts sizes kept in the metadata
     for (auto name = impl_->file->beginName(); name != impl_->file->endName(); ++name) {
       const openvdb::GridBase::Ptr grid = impl_->file->readGridMetadata(name.gridName());
       GridSummary summary = summaryOf(*grid);
       summary.name = name.gridName();
-      for (const VdbHeader::Grid& stored : impl_->header.grids)
+      for (const VdbHeader::Grid& stored : impl_->header.grids) {
         if (stored.name == summary.name) summary.compression = compressionName(stored.compression);
+        // By type and not by name, as OpenVDB finds grids by names of more than one spelling.
+        if (stored.tree_type == grid->type() && !stored.checked) summary.readable = false;
+      }
       impl_->grids.push_back(summary);
     }
+    if (impl_->grids.size() != impl_->header.grids.size())
+      throw InputError(std::to_string(impl_->header.grids.size()) + " grids are stored and OpenVDB finds " +
+                       std::to_string(impl_->grids.size()) + "; write the file again");
   });
 }
 
@@ -249,10 +271,18 @@ Census VdbFile::readCensus(const std::string& name) const {
 
 std::shared_ptr<const openvdb::GridBase> VdbFile::readGrid(const std::string& name) const {
   return impl_->guarded([&]() -> std::shared_ptr<const openvdb::GridBase> {
-    impl_->find(name);
+    const GridSummary& summary = impl_->find(name);
+    if (!summary.readable)
+      throw InputError("grid " + name + ": holds " + summary.value_type +
+                       ", which are not read; leave the grid out");
     const std::lock_guard<std::mutex> lock(impl_->mutex);
     openvdb::GridBase::Ptr& grid = impl_->read[name];
-    if (!grid) grid = impl_->file->readGrid(name);
+    if (!grid) {
+      for (const VdbHeader::Grid& stored : impl_->header.grids)
+        if (stored.name == name && impl_->header.has_offsets)
+          requireMemory("grid " + name + ": ", stored.tree_bytes);
+      grid = impl_->file->readGrid(name);
+    }
     return grid;
   });
 }

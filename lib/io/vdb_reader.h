@@ -21,6 +21,7 @@ struct GridSummary {
   std::string grid_class;   ///< "fog volume", "level set", "staggered vector field", "points", "unknown"
   std::string compression;  ///< as stored in the file; empty where the file does not tell
   bool half = false;        ///< values are stored in 16 bits
+  bool readable = true;     ///< false for points: their bytes are not checked, so OpenVDB does not get them
 };
 
 /// A VDB file opened for reading. Grids are read on demand, whole (no delayed loading), and kept, so that
@@ -28,7 +29,7 @@ struct GridSummary {
 /// path.
 class VdbFile {
  public:
-  /// Opens regular files only, so that it never blocks, and checks the file's frame before OpenVDB sees it.
+  /// Opens regular files only, so that it never blocks, and checks the file's bytes before OpenVDB sees it.
   explicit VdbFile(const std::string& path);
   ~VdbFile();
   VdbFile(VdbFile&&) noexcept;
