@@ -12,7 +12,7 @@
 
 namespace vdb_diffuse {
 
-/// Sound VDB files, a few kilobytes each, that between them use every part of the format: each value type,
+/// Sound VDB files, small ones, that between them use every part of the format: each value type,
 /// compression and way of storing inactive values, tiles of every width, transforms, instances, grids with
 /// nothing in them, points, and a file written as a stream. All but `points` have a density to bake.
 struct VdbSpecimen {
