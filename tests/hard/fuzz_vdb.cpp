@@ -2,7 +2,7 @@
 //
 //   CC=clang CXX=clang++ cmake -S . -B build_fuzz -G Ninja -DVDB_DIFFUSE_FUZZ=ON
 //   ninja -C build_fuzz fuzz_vdb
-//   build_fuzz/tests/hard/fuzz_vdb -rss_limit_mb=2048 -timeout=10 -detect_leaks=0 FOLDER_OF_VDB_FILES
+//   ASAN_OPTIONS=detect_leaks=0 build_fuzz/tests/hard/fuzz_vdb -rss_limit_mb=2048 FOLDER_OF_VDB_FILES
 //
 // Leaks are not looked for: OpenVDB drops the nodes it has made where a value does not unpack.
 #include <openvdb/openvdb.h>

@@ -157,11 +157,18 @@ Run run(const std::vector<std::string>& words, const TemporaryFolder& folder) {
   return result;
 }
 
-/// Active voxels of the density, as `info` prints them.
+/// Active voxels of the grid that would be baked, as `info` prints them: the density, or what may stand for
+/// it.
 uint64_t densityVoxels(const std::string& info) {
   const std::string label = "active voxels  ";
-  const size_t at = info.find(label, std::min(info.find("grid density:"), info.size()));
-  return at == std::string::npos ? 0 : std::strtoull(info.c_str() + at + label.size(), nullptr, 10);
+  const size_t density = info.find("grid density:");
+  uint64_t most = 0;
+  for (size_t at = info.find(label, density == std::string::npos ? 0 : density); at != std::string::npos;
+       at = info.find(label, at + 1)) {
+    most = std::max<uint64_t>(most, std::strtoull(info.c_str() + at + label.size(), nullptr, 10));
+    if (density != std::string::npos) break;
+  }
+  return most;
 }
 
 std::string verdict(const Run& run, const std::string& file) {

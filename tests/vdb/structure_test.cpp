@@ -107,6 +107,22 @@ TEST_F(VdbStructure, VersionsThatItDoesNotKnowAreRefusedByNumber) {
   }
 }
 
+TEST_F(VdbStructure, FlagsAndCountsOfTheFrameAreSound) {
+  take("blosc");
+  const std::string whole = bytes_;
+  put<char>(20, 2);  // whether the file has offsets
+  expectRefused({"a yes or no that is 2"});
+  bytes_ = whole;
+  put<int32_t>(whole.find("density") - 8, -1);
+  expectRefused({"-1 grids"});
+  bytes_ = whole;
+  put<uint32_t>(grid_.grid_position, 8);
+  expectRefused({"density", "compression flags 8"});
+  bytes_ = whole;
+  replace("Tree_float_5_4_3", "Tree_fl0at_5_4_3");
+  expectRefused({"density", "Tree_fl0at_5_4_3"});
+}
+
 TEST_F(VdbStructure, AnIdentifierThatOpenVdbWouldStumbleOverIsRefused) {
   take("blosc");
   put(21 + 3, ' ');
@@ -122,7 +138,11 @@ TEST_F(VdbStructure, MetadataHaveTheSizesOfTheirTypes) {
   put<uint32_t>(frame, 0xffffffff);
   expectRefused({"metadata frame"});
   bytes_ = whole;
-  put<uint32_t>(whole.find("frame") - 4, 0x7fffffff);
+  const uint64_t name = whole.find("frame") - 4;
+  bytes_.replace(name, 9, std::string(4, '\0'));
+  expectRefused({"metadata without a name"});
+  bytes_ = whole;
+  put<uint32_t>(name, 0x7fffffff);
   expectRefused({"a name of 2147483647 bytes"});
   bytes_ = whole;
   replace("file_compression", "is_local_space_x");
@@ -139,6 +159,26 @@ TEST_F(VdbStructure, ListsForDelayedLoadingMustUnpackToWhatTheySay) {
   expectRefused({"density"});
   put<uint32_t>(list, 0x7fffffff);
   expectRefused({"density", "delayed loading of 2147483647 leaves"});
+}
+
+TEST_F(VdbStructure, PackedListsForDelayedLoadingMustUnpackToWhatTheySay) {
+  auto grid = openvdb::FloatGrid::create();
+  for (int leaf = 0; leaf < 100; ++leaf) grid->tree().setValueOn(openvdb::Coord(8 * leaf, 0, 0), 1.f);
+  corpus::write(path(), {grid});
+  bytes_ = contentsOf(path());
+  const std::string whole = bytes_;
+  const uint64_t size = bytes_.find("__delayedload") + 13, leaves = size + 4, packed = leaves + 4;
+  ASSERT_EQ(get<uint32_t>(leaves), 100u);
+  ASSERT_GT(get<uint32_t>(packed), 16u);
+  EXPECT_NO_THROW(VdbFile(path()).readGrid(checkVdb(path()).grids[0].name));
+  put<uint32_t>(leaves, 60);
+  expectRefused({"does not unpack"});
+  bytes_ = whole;
+  put<uint32_t>(packed + 4 + 4, 1 << 30);  // bytes that blosc says it unpacks to
+  expectRefused({"does not unpack to 100 bytes"});
+  bytes_ = whole;
+  put<uint32_t>(size, get<uint32_t>(size) - 1);
+  expectRefused({"longer than they say"});
 }
 
 TEST_F(VdbStructure, HalfFloatsAreWhatTypeAndMetadataAgreeOn) {
@@ -208,6 +248,11 @@ TEST_F(VdbStructure, RootCornersComeOnceAndInOrder) {
   bytes_.replace(at, 12, corners[1]);
   expectRefused({"giant", "(4096,0,0)"});
   bytes_ = whole;
+  bytes_ = whole;
+  bytes_.replace(bytes_.find(corners[1] + std::string("\0\0\0\x3f\1", 5)), 12,
+                 child);  // of value 0.5, active
+  expectRefused({"giant", "a node and a tile at (-4096,-4096,-4096)"});
+  bytes_ = whole;
   put<int32_t>(at, 8192);  // behind the next
   expectRefused({"giant", "after one at (8192"});
 }
@@ -237,10 +282,16 @@ TEST_F(VdbStructure, BloscChunksHoldTheirNodesValues) {
   take("blosc");
   const std::string whole = bytes_;
   const uint64_t length = grid_.block_position + kLeafMask + 1, chunk = length + 8;
-  for (const int64_t wrong : {int64_t(-1), int64_t(15), int64_t(1) << 40, INT64_MIN, INT64_MAX}) {
+  for (const int64_t wrong : {int64_t(-1), INT64_MIN}) {
     put(length, wrong);
-    expectRefused({"density"});
+    expectRefused({"density", "stores " + std::to_string(wrong)});
   }
+  for (const int64_t wrong : {int64_t(1) << 40, INT64_MAX}) {
+    put(length, wrong);
+    expectRefused({"density", "a blosc chunk of " + std::to_string(wrong) + " bytes"});
+  }
+  put(length, int64_t(15));
+  expectRefused({"density", "blosc chunk"});
   bytes_ = whole;
   put<uint32_t>(chunk + 4, get<uint32_t>(chunk + 4) + 4);  // bytes when unpacked
   expectRefused({"density", "blosc chunk"});
@@ -252,10 +303,16 @@ TEST_F(VdbStructure, ZipChunksUnpackToTheirNodesValues) {
   const uint64_t length = grid_.block_position + kLeafMask + 1;
   const int64_t packed = get<int64_t>(length);
   ASSERT_GT(packed, 0);
-  for (const int64_t wrong : {int64_t(-8), packed - 1, int64_t(1) << 40, INT64_MIN, INT64_MAX}) {
+  for (const int64_t wrong : {int64_t(-8), INT64_MIN}) {
     put(length, wrong);
-    expectRefused({"density"});
+    expectRefused({"density", "stores " + std::to_string(wrong)});
   }
+  for (const int64_t wrong : {int64_t(1) << 40, INT64_MAX}) {
+    put(length, wrong);
+    expectRefused({"density", "a zip chunk of " + std::to_string(wrong) + " bytes"});
+  }
+  put(length, packed - 1);
+  expectRefused({"density", "zip chunk"});
   bytes_ = whole;
   put<char>(length + 8 + static_cast<uint64_t>(packed) - 1, 0x55);  // of the checksum
   expectRefused({"density", "zip chunk"});
