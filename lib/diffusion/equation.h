@@ -55,8 +55,9 @@ namespace vdb_diffuse {
 struct EquationSettings {
   bool staircase = true;                         ///< use area factors; otherwise a = 1
   std::shared_ptr<const Field<float>> returned;  ///< on the area factors; null: all 1
-  double cap = 0;                                ///< L, world units; infinity: none
-  bool profile = true;                           ///< of the light within voxels; otherwise values at centres
+  float least_returned = 0;  ///< bound on those, for an equation that must not hold back light
+  double cap = 0;            ///< L, world units; infinity: none
+  bool profile = true;       ///< of the light within voxels; otherwise values at centres
   double most_resistance = std::numeric_limits<double>::infinity();  ///< bound on r, in mean voxel sizes
   double opening = 1;                              ///< factor on the conductance of open faces
   std::shared_ptr<const Walls> walls;              ///< may be null

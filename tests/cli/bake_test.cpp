@@ -120,5 +120,22 @@ TEST(Bake, RealCloudsConvergeInAFewIterations) {
   }
 }
 
+// The teapot has crevices of nearly no density, where a correction that holds back too much light grows from
+// sweep to sweep without the rest of the volume noticing.
+TEST(Bake, SweepsOfARealCloudComeToRest) {
+  const char* samples = std::getenv("VDB_DIFFUSE_SAMPLES");
+  if (!samples) GTEST_SKIP() << "VDB_DIFFUSE_SAMPLES names no folder of sample volumes";
+  const TemporaryFolder folder;
+  const std::string teapot = std::string(samples) + "/teapot_cloud.vdb", few = folder.file("few.vdb"),
+                    many = folder.file("many.vdb");
+  for (const auto& [sweeps, out] : {std::pair(4, few), std::pair(7, many)}) {
+    const Outcome baked = runProgram("bake " + teapot + " -o " + out + " --sun 0.5,-0.8,0.3 --sweeps " +
+                                     std::to_string(sweeps) + " --quiet");
+    ASSERT_EQ(baked.status, 0) << baked.error;
+  }
+  const Outcome compared = runProgram("compare " + few + " " + many + " --max-rms 0.01 --max-abs 0.2");
+  EXPECT_EQ(compared.status, 0) << compared.out;
+}
+
 }  // namespace
 }  // namespace vdb_diffuse

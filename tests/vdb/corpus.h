@@ -81,6 +81,7 @@ inline openvdb::FloatGrid::Ptr inactiveValues(const std::string& name) {
 }
 
 inline openvdb::GridBase::Ptr points() {
+  openvdb::initialize();
   std::vector<openvdb::Vec3f> positions;
   for (int n = 0; n < 20; ++n)
     positions.emplace_back(0.7f * float(n % 5), 0.9f * float(n / 5), 0.1f * float(n));
