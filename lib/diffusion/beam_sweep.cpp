@@ -64,12 +64,15 @@ class LayerMoments {
     double stretch[3];            ///< of moments: few rays side by side cover less than the voxel
   };
 
-  LayerMoments(const Lattice& lattice, int lowest, int highest) : first_(lowest) {
+  LayerMoments(const Lattice& lattice, int lowest, int highest) : lattice_(lattice), first_(lowest) {
+    constexpr int64_t kMostKept = 1 << 16;  // pieces of a volume may lie any distance apart
+    if (int64_t{highest} - lowest >= kMostKept) return;
     for (int layer = lowest; layer <= highest; ++layer) layers_.push_back(layerAt(lattice, layer));
   }
-  const Layer& at(int layer) const { return layers_[layer - first_]; }
+  Layer at(int layer) const { return layers_.empty() ? layerAt(lattice_, layer) : layers_[layer - first_]; }
 
  private:
+  const Lattice& lattice_;
   int first_;
   std::vector<Layer> layers_;
 
@@ -260,7 +263,7 @@ void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
     const auto addShape = [&](BeamShape& shape, size_t block, int voxel, double t0, double extent,
                               double light, const DecayMoments& decay) {
       const Coord at = topology.origin(block) + voxelLocal(voxel);
-      const LayerMoments::Layer& layer = layers.at(at[lattice.w]);
+      const LayerMoments::Layer layer = layers.at(at[lattice.w]);
       const double first = decay.m1 / decay.m0, second = decay.m2 / decay.m0;
       for (int a = 0; a < 3; ++a) {
         const double x = p[a] + t0 * lattice.d[a] - at[a], step = extent * lattice.d[a];

@@ -37,7 +37,8 @@ void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
   else
     std::fill_n(area, kBlockVoxels, 1.0f);
   if (e.settings.returned)
-    for (int n = 0; n < kBlockVoxels; ++n) area[n] *= std::max(e.settings.least_returned, e.settings.returned->block(b)[n]);
+    for (int n = 0; n < kBlockVoxels; ++n)
+      area[n] *= std::max(e.settings.least_returned, e.settings.returned->block(b)[n]);
   for (int face = 0; face < 6; ++face) {
     const int axis = face / 2, up = face % 2, stride = 64 >> (3 * axis), shift = 6 - 3 * axis;
     const int32_t across = topology.neighbours(b)[face];

@@ -200,8 +200,8 @@ class Gatherer {
     }
   }
 
-  /// A lamp's light in a part of a voxel. Near the lamp
-  /// the cube is cut into eight, as 1/r^2 and the shadow of the medium change too much across it.
+  /// A lamp's light in a part of a voxel. Near the lamp the cube is cut into eight, as 1/r^2 and the shadow
+  /// of the medium change too much across it.
   void addPoint(const PointSample& point, const Vec3d& voxel, const Part& part, Gathered& sum) const {
     const Vec3d p = voxel + part.offset;
     const double side = part.side;

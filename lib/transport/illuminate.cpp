@@ -32,7 +32,7 @@ constexpr float kLeastReturned = 0.5;
 /// sweeps were further from Monte Carlo than none by two hundredths. Clouds have thin voxels at their edges,
 /// and gain with eleven in the densest.
 constexpr double kThickestVoxels = 8;
-/// Thinner ones have never been seen to diverge, and nothing is kept to return to.
+/// Weighted by density. In thinner ones sweeps come to rest, and nothing is kept to return to.
 constexpr double kThinVoxels = 0.5;
 
 /// What a step changes.
@@ -71,7 +71,6 @@ MeanDepth meanDepth(const Medium& medium, double sigma_t) {
   const Sums sums = sumOverBlocks<Sums>(topology.blockCount(), [&](size_t b) {
     Sums sum;
     const float* rho = medium.density.values.block(b);
-
     for (int n = 0; n < kBlockVoxels; ++n) {
       sum.voxels += rho[n] > 0;
       sum.density += rho[n];
