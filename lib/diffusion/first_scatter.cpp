@@ -68,6 +68,7 @@ class Gatherer {
         gather_(reflected_.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>()),
         channels_(medium.optics.grey() && greyLight(scene) ? 1 : 3),
         rays_(std::max(1, settings.rays_per_voxel)),
+        shaped_(settings.want_shape),
         ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
     double thinnest = std::numeric_limits<double>::infinity();
     for (int c = 0; c < channels_; ++c) {
@@ -129,6 +130,7 @@ class Gatherer {
   ReflectedLight reflected_;
   std::vector<Vec3d> gather_;
   int channels_, rays_;
+  bool shaped_;
   double ball_radius_, enough_ = 0;
   bool rescaled_ = false;
   ChannelOptics optics_[3];
@@ -154,6 +156,7 @@ class Gatherer {
       sum.direct_flux[c] += axis * direct;
       const auto addMoments = [&](double light, double extinction) {
         for (int k = kFirstOrder; k < kSecondOrder; ++k) sum.second[c][k - kFirstOrder] += light * basis[k];
+        if (!shaped_) return;
         const double depth = extinction * part.rho * part.side;  // per unit of world length along an axis
         for (int a = 0; a < 3; ++a) {
           const double lean = part.side * beamLean(depth * axis[a] * medium_.transform().voxelSize()[a]);
