@@ -166,6 +166,30 @@ TEST(BeamShape, IsThatOfTheDecayBelowAFlatFace) {
     }
 }
 
+// A lamp is marched to from parts of each voxel, by other code than a beam's; far away it is a sun.
+TEST(BeamShape, OfAFarLampIsThatOfTheSun) {
+  const double far = 1e5;
+  for (double depth : {0.5, 2.0}) {
+    Medium medium = boxMedium(Coord(8, 8, 3), Transform::uniform(1), [](Coord) { return 1.0; });
+    medium.optics.sigma_s = Vec3d(depth);
+    Scene lamp;
+    lamp.lights.push_back({"lamp", PointLight{Vec3d(3.5, 3.5, far), Vec3d(far * far), 0}});
+    const FirstScatter sunlit = shaped(medium, sunAlong(Vec3d(0, 0, -1))), lamplit = shaped(medium, lamp);
+    const auto of = [&](const Field<float>& field, int z) {
+      return field.at(medium.topology(), Coord(4, 4, z));
+    };
+    for (int z : {2, 1}) {
+      const double light = of(sunlit.direct[0], z);
+      EXPECT_NEAR(of(lamplit.direct[0], z), light, 0.02 * light) << depth;
+      for (int a = 0; a < 3; ++a) {
+        EXPECT_NEAR(of(lamplit.shape[0].lean[a], z), of(sunlit.shape[0].lean[a], z), 0.01 * light) << depth;
+        EXPECT_NEAR(of(lamplit.shape[0].spread[a], z), of(sunlit.shape[0].spread[a], z), 0.01 * light)
+            << depth;
+      }
+    }
+  }
+}
+
 // A plate between sun and box: dark behind it, untouched beside it.
 TEST(BeamSweep, APlateDarkensItsShadowAndNothingElse) {
   Medium medium = boxMedium(Coord(16, 16, 16), Transform::uniform(1), [](Coord) { return 0.1; });
