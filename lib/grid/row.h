@@ -39,6 +39,12 @@ VDB_DIFFUSE_INLINE RowMask rowMask(uint8_t bits) {
   return (kBits & bits) != 0;
 }
 
+VDB_DIFFUSE_INLINE bool anyOf(RowMask mask) {
+  uint64_t words[4];
+  __builtin_memcpy(words, &mask, sizeof words);
+  return (words[0] | words[1] | words[2] | words[3]) != 0;
+}
+
 /// Sums are kept in double, eight side by side and then in a fixed order.
 using DoubleRow = double __attribute__((vector_size(64)));
 VDB_DIFFUSE_INLINE DoubleRow widen(Row row) {

@@ -116,4 +116,41 @@ size_t Topology::bytes() const {
          table_.size() * sizeof(int32_t);
 }
 
+std::array<BlockMask, 6> Topology::outerFaces(size_t block) const {
+  // A word of a mask is a slice along x: bit 8 y + z.
+  constexpr uint64_t kLowZ = 0x0101010101010101u, kHighZ = kLowZ << 7;
+  const BlockMask& own = active_[block];
+  const auto word = [](const BlockMask& mask, int x) {
+    return mask.getWord<uint64_t>(static_cast<openvdb::Index>(x));
+  };
+  const auto slice = [&](Face face, int x) -> uint64_t {
+    const int32_t near = neighbours_[block][face];
+    return near == kNoBlock ? 0 : word(active_[near], x);
+  };
+  std::array<BlockMask, 6> outer;
+  for (int x = 0; x < kBlockWidth; ++x) {
+    const uint64_t on = word(own, x);
+    const uint64_t across[6] = {x > 0 ? word(own, x - 1) : slice(kMinusX, 7),
+                                x < 7 ? word(own, x + 1) : slice(kPlusX, 0),
+                                on << 8 | slice(kMinusY, x) >> 56,
+                                on >> 8 | slice(kPlusY, x) << 56,
+                                (on << 1 & ~kLowZ) | (slice(kMinusZ, x) >> 7 & kLowZ),
+                                (on >> 1 & ~kHighZ) | (slice(kPlusZ, x) << 7 & kHighZ)};
+    for (int face = 0; face < 6; ++face)
+      outer[face].getWord<uint64_t>(static_cast<openvdb::Index>(x)) = on & ~across[face];
+  }
+  return outer;
+}
+
+std::pair<Coord, Coord> Topology::activeBox() const {
+  Coord low = Coord::max(), high = Coord::min();
+  for (size_t b = 0; b < blockCount(); ++b)
+    for (auto it = active(b).beginOn(); it; ++it) {
+      const Coord p = origin(b) + voxelLocal(static_cast<int>(it.pos()));
+      low.minComponent(p);
+      high.maxComponent(p);
+    }
+  return {low, high};
+}
+
 }  // namespace vdb_diffuse

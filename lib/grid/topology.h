@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "grid/aligned.h"
@@ -53,10 +54,14 @@ class Topology {
   /// Block whose lowest corner is `origin` (a multiple of 8), or kNoBlock.
   int32_t find(const Coord& origin) const;
   bool isActive(const Coord& p_index) const;
+  /// Active voxels of a block whose neighbour across each face is not active, in the order of `Face`.
+  std::array<BlockMask, 6> outerFaces(size_t block) const;
   /// Lowest and highest corner of all blocks, both inclusive, in voxels. Only for a topology with blocks.
   const Coord& lowest() const { return lowest_; }
   const Coord& highest() const { return highest_; }
   size_t bytes() const;
+  /// The same of the active voxels; goes through all of them.
+  std::pair<Coord, Coord> activeBox() const;
 
  private:
   std::vector<Coord> origins_;

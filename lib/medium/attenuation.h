@@ -31,18 +31,22 @@ VDB_DIFFUSE_INLINE Row exponentialDecay(Row x) {
   return x < kLargest ? reinterpret_cast<Row>(scaled) : Row{};
 }
 
+/// Rows all of whose segments are thin, as most are, are spared the exponential.
 VDB_DIFFUSE_INLINE Attenuation attenuationOf(Row tau) {
   constexpr float kSmall = 0.7f;  // below, the series of n leaves out less than 2e-8
-  const Row n_small =
+  Attenuation thin;
+  thin.n =
       1.0f / 2 -
       tau * (1.0f / 6 -
              tau * (1.0f / 24 -
                     tau * (1.0f / 120 -
                            tau * (1.0f / 720 - tau * (1.0f / 5040 - tau * (1.0f / 40320 - tau / 362880))))));
-  const Row m_small = 1.0f - tau * n_small;
+  thin.m = 1.0f - tau * thin.n;
+  thin.e = 1.0f - tau * thin.m;
+  const RowMask thick = tau >= kSmall;
+  if (!anyOf(thick)) return thin;
   const Row e = exponentialDecay(tau), inverse = 1.0f / tau, m = (1.0f - e) * inverse;
-  const RowMask small = tau < kSmall;
-  return {small ? 1.0f - tau * m_small : e, small ? m_small : m, small ? n_small : (1.0f - m) * inverse};
+  return {thick ? e : thin.e, thick ? m : thin.m, thick ? (1.0f - m) * inverse : thin.n};
 }
 
 /// (1/2 - n) / tau, 1/6 as tau -> 0. The mean of a times the light at a is psi (m - n) + J0 tau (n - p) +
@@ -54,7 +58,8 @@ VDB_DIFFUSE_INLINE Row nextOf(Row tau, Row n) {
       tau * (1.0f / 24 -
              tau * (1.0f / 120 -
                     tau * (1.0f / 720 - tau * (1.0f / 5040 - tau * (1.0f / 40320 - tau / 362880)))));
-  return tau < kSmall ? series : (0.5f - n) / tau;
+  const RowMask thick = tau >= kSmall;
+  return anyOf(thick) ? (thick ? (0.5f - n) / tau : series) : series;
 }
 
 }  // namespace vdb_diffuse

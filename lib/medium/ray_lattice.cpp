@@ -61,16 +61,21 @@ Layer stepsOf(int shift_u, int shift_v, double e_u, double e_v, double d_u, doub
 
 }  // namespace
 
+LatticeAxes latticeAxes(const Vec3d& s, const Vec3d& stretch) {
+  int w = 0;
+  for (int a = 1; a < 3; ++a)
+    if (std::abs(s[a] / stretch[a]) > std::abs(s[w] / stretch[w]) * (1 + 1e-9)) w = a;
+  const int v = w == 2 ? 1 : 2;
+  return {w, 3 - w - v, v};
+}
+
 RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, const Coord& lowest,
-                          const Coord& highest, const Vec3d& middle, double aside) {
+                          const Coord& highest, const Vec3d& through) {
   RayLattice lattice;
   lattice.s = s;
   lattice.weight = weight;
-  Vec3d d(s[0] / stretch[0], s[1] / stretch[1], s[2] / stretch[2]);
-  int w = 0;
-  for (int a = 1; a < 3; ++a)
-    if (std::abs(d[a]) > std::abs(d[w]) * (1 + 1e-9)) w = a;
-  const int v = w == 2 ? 1 : 2, u = 3 - w - v;
+  const Vec3d d(s[0] / stretch[0], s[1] / stretch[1], s[2] / stretch[2]);
+  const auto [w, u, v] = latticeAxes(s, stretch);
   lattice.w = w;
   lattice.u = u;
   lattice.v = v;
@@ -81,14 +86,13 @@ RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, c
 
   lattice.first_layer = lowest[w];
   lattice.along = d / std::abs(d[w]);
-  const double before = lattice.sign * ((lattice.sign > 0 ? lowest[w] : highest[w]) - middle[w]) - 0.5;
-  lattice.start = middle + lattice.along * before;
+  const double before = lattice.sign * ((lattice.sign > 0 ? lowest[w] : highest[w]) - through[w]) - 0.5;
+  lattice.start = through + lattice.along * before;
   int least_u = 0, most_u = 0, least_v = 0, most_v = 0;
   for (int layer = lowest[w]; layer <= highest[w]; ++layer) {
     const double travelled =
-        lattice.sign * (layer - middle[w]) - 0.5;  // from the middle to the layer's near side
-    const double at_u = middle[u] + std::copysign(aside, d_u) + d_u * travelled,
-                 at_v = middle[v] + std::copysign(aside, d_v) + d_v * travelled;
+        lattice.sign * (layer - through[w]) - 0.5;  // from `through` to the layer's near side
+    const double at_u = through[u] + d_u * travelled, at_v = through[v] + d_v * travelled;
     const double shift_u = std::floor(at_u + 0.5), shift_v = std::floor(at_v + 0.5);
     lattice.layers.push_back(stepsOf(static_cast<int>(shift_u), static_cast<int>(shift_v), at_u - shift_u,
                                      at_v - shift_v, d_u, d_v, lattice.sign));

@@ -24,13 +24,13 @@ struct Layer {
   float variance[3] = {};  ///< of places on that way; 1/12 where the rays are spread over the voxel evenly
 };
 
-/// The rays of one direction: a square lattice, one voxel apart in the plane across axis w, through the
-/// middle of the active voxels, so that a volume that is moved or mirrored meets the same rays.
+/// The rays of one direction: a square lattice, one voxel apart in the plane across axis w.
 struct RayLattice {
   int w, u, v;           ///< axes: w is the one that the rays are nearest to; v is z, or y where w is z
   int sign;              ///< of the direction along w
   Vec3d s;               ///< unit length, along the grid's axes
   double weight;         ///< its share of the sphere
+  size_t number = 0;     ///< of its direction among those of a wavefront
   float length;          ///< of a ray across one layer, in mean voxel sizes
   double cross_section;  ///< of a ray, in mean voxel sizes squared
   int first_layer;       ///< voxel coordinate along w of layers[0]
@@ -50,10 +50,16 @@ struct RayLattice {
   const Layer& layerOnTheWay(int n) const { return layers[layerCoordinate(n) - first_layer]; }
 };
 
-/// \param lowest, highest  corners of the blocks, inclusive;  \param middle  of the active voxels
-/// \param aside  of the lattice from the middle, in voxels, toward where the rays go. 0: the rays of s and -s
-/// are the same lines, so that what a voxel's mean misses by where they run in it cancels in the flux.
+/// Axes of the rays of one direction: w, and the two across it.
+struct LatticeAxes {
+  int w, u, v;
+};
+/// \param s  along the grid's axes;  \param stretch  voxel size along each axis over the mean voxel size
+LatticeAxes latticeAxes(const Vec3d& s, const Vec3d& stretch);
+
+/// \param lowest, highest  corners of the blocks, inclusive
+/// \param through  a point, in voxels, that ray (0, 0) passes, such as the middle of the active voxels
 RayLattice makeRayLattice(const Vec3d& s, double weight, const Vec3d& stretch, const Coord& lowest,
-                          const Coord& highest, const Vec3d& middle, double aside = 0);
+                          const Coord& highest, const Vec3d& through);
 
 }  // namespace vdb_diffuse

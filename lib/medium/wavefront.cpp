@@ -1,6 +1,7 @@
 #include "medium/wavefront.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "grid/error.h"
@@ -11,44 +12,56 @@ namespace {
 /// Of the planes of one octant together, in rays: 4 GiB.
 constexpr double kMostRays = 1 << 30;
 
-/// Middle of the active voxels' bounding box, in voxels.
-Vec3d middleOf(const Topology& topology) {
-  Coord low = Coord::max(), high = Coord::min();
-  for (size_t b = 0; b < topology.blockCount(); ++b)
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
-      const Coord p = topology.origin(b) + voxelLocal(static_cast<int>(it.pos()));
-      low.minComponent(p);
-      high.maxComponent(p);
-    }
-  return 0.5 * (low.asVec3d() + high.asVec3d());
+std::vector<Wavefront::Bundle> throughTheMiddle(const Topology& topology, const Vec3d& stretch,
+                                                const DirectionSet& directions, double aside) {
+  std::vector<Wavefront::Bundle> bundles;
+  if (topology.blockCount() == 0) return bundles;
+  const auto [low, high] = topology.activeBox();
+  for (size_t n = 0; n < directions.size(); ++n) {
+    const Vec3d& s = directions.s[n];
+    const LatticeAxes axes = latticeAxes(s, stretch);
+    Vec3d through = 0.5 * (low.asVec3d() + high.asVec3d());
+    for (int a : {axes.u, axes.v}) through[a] += std::copysign(aside, s[a]);
+    bundles.push_back({s, directions.weight[n], through});
+  }
+  return bundles;
 }
 
-/// A bound on the rays of all directions of an octant.
-double raysOf(const Topology& topology, size_t directions) {
-  double area = 0;
-  const Vec3d size = (topology.highest() - topology.lowest()).asVec3d() + Vec3d(1);
-  for (int a = 0; a < 3; ++a)
-    area = std::max(area, (size[a] + size[(a + 1) % 3]) * (size[a] + size[(a + 2) % 3]));
-  return area * static_cast<double>(directions) / Wavefront::kOctants;
+int octantOf(const Vec3d& s) {
+  return (s[0] < 0 ? 4 : 0) + (s[1] < 0 ? 2 : 0) + (s[2] < 0 ? 1 : 0);
 }
 
 }  // namespace
 
+bool Wavefront::tooWide(const Topology& topology, size_t directions) {
+  double area = 0;  // a bound on the rays of a direction
+  const Vec3d size = (topology.highest() - topology.lowest()).asVec3d() + Vec3d(1);
+  for (int a = 0; a < 3; ++a)
+    area = std::max(area, (size[a] + size[(a + 1) % 3]) * (size[a] + size[(a + 2) % 3]));
+  return area * static_cast<double>(directions) > kMostRays;
+}
+
 Wavefront::Wavefront(std::shared_ptr<const Topology> topology, const Vec3d& stretch,
                      const DirectionSet& directions, double aside)
+    : Wavefront(topology, stretch, throughTheMiddle(*topology, stretch, directions, aside)) {}
+
+Wavefront::Wavefront(std::shared_ptr<const Topology> topology, const Vec3d& stretch,
+                     const std::vector<Bundle>& bundles)
     : topology_(std::move(topology)) {
   if (topology_->blockCount() == 0) return;
-  if (raysOf(*topology_, directions.size()) > kMostRays)
+  size_t count[kOctants] = {};
+  for (const Bundle& bundle : bundles) ++count[octantOf(bundle.s)];
+  if (tooWide(*topology_, *std::max_element(count, count + kOctants)))
     throw InputError(
         "the volume's bounding box is too large to sweep light through it; crop what lies far away");
-  const Vec3d middle = middleOf(*topology_);
-  for (size_t n = 0; n < directions.size(); ++n) {
-    const Vec3d& s = directions.s[n];
-    const int octant = (s[0] < 0 ? 4 : 0) + (s[1] < 0 ? 2 : 0) + (s[2] < 0 ? 1 : 0);
-    lattices_[octant].push_back(makeRayLattice(s, directions.weight[n], stretch, topology_->lowest(),
-                                               topology_->highest(), middle, aside));
+  for (size_t n = 0; n < bundles.size(); ++n) {
+    std::vector<RayLattice>& lattices = lattices_[octantOf(bundles[n].s)];
+    lattices.push_back(makeRayLattice(bundles[n].s, bundles[n].weight, stretch, topology_->lowest(),
+                                      topology_->highest(), bundles[n].through));
+    lattices.back().number = n;
   }
-  for (int octant = 0; octant < kOctants; ++octant) orderBlocks(octant);
+  for (int octant = 0; octant < kOctants; ++octant)
+    if (!lattices_[octant].empty()) orderBlocks(octant);
 }
 
 void Wavefront::orderBlocks(int octant) {
@@ -72,11 +85,11 @@ void Wavefront::orderBlocks(int octant) {
   }
 }
 
-Wavefront::Rays Wavefront::darkRays(int octant) const {
+Wavefront::Rays Wavefront::makeRays(int octant, float light) const {
   Rays rays;
   for (const RayLattice& lattice : lattices_[octant]) {
     rays.push_back(alignedArray<float>(lattice.rays()));
-    std::fill_n(rays.back().get(), lattice.rays(), 0.0f);
+    std::fill_n(rays.back().get(), lattice.rays(), light);
   }
   return rays;
 }

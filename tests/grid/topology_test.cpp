@@ -4,6 +4,7 @@
 
 #include "grid/field.h"
 #include "grid/ray_march.h"
+#include "volumes.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -41,6 +42,28 @@ TEST(Topology, OrderDoesNotDependOnTheOrderOfInput) {
   std::reverse(origins.begin(), origins.end());
   const Topology b(origins, std::vector<BlockMask>(origins.size(), on));
   for (size_t i = 0; i < a.blockCount(); ++i) EXPECT_EQ(a.origin(i), b.origin(i));
+}
+
+// Three blocks in a corner, thinned out by a hash, asked voxel by voxel.
+TEST(Topology, OuterFacesAreThoseBesideVoxelsThatAreNotActive) {
+  const std::vector<Coord> origins{{0, 0, 0}, {-8, 0, 0}, {0, 8, 0}, {0, 0, 8}, {8, 0, 0}, {0, -8, 0}};
+  std::vector<BlockMask> active(origins.size());
+  for (size_t b = 0; b < origins.size(); ++b)
+    for (int n = 0; n < kBlockVoxels; ++n)
+      if (hashed(origins[b] + voxelLocal(n)) > 0.3) active[b].setOn(n);
+  const Topology topology(origins, active);
+  const Coord step[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
+  size_t found = 0;
+  for (size_t b = 0; b < topology.blockCount(); ++b) {
+    const std::array<BlockMask, 6> outer = topology.outerFaces(b);
+    for (int face = 0; face < 6; ++face)
+      for (int n = 0; n < kBlockVoxels; ++n) {
+        const Coord p = topology.origin(b) + voxelLocal(n);
+        EXPECT_EQ(outer[face].isOn(n), topology.isActive(p) && !topology.isActive(p + step[face]));
+        found += outer[face].isOn(n);
+      }
+  }
+  EXPECT_GT(found, 1000u);
 }
 
 TEST(RayMarch, PathLengthsAddUpToTheChordOfTheBox) {

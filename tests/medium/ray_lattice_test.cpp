@@ -74,13 +74,14 @@ TEST(RayLattice, StepsJoinEndToEndFromLayerToLayer) {
   });
 }
 
-// Aside, the same way toward where the rays go, so that a mirrored volume meets the mirrored rays.
-TEST(RayLattice, OneRayPassesTheMiddleOrAsideOfIt) {
+TEST(RayLattice, OneRayPassesThePointAskedFor) {
   forLattices([](const RayLattice& plain, const Vec3d& stretch) {
     for (double aside : {0.0, 0.17}) {
-      const RayLattice lattice = makeRayLattice(plain.s, 0.25, stretch, kLowest, kHighest, kMiddle, aside);
-      const Vec3d middle(kMiddle[lattice.w], kMiddle[lattice.u] + std::copysign(aside, lattice.s[lattice.u]),
-                         kMiddle[lattice.v] + std::copysign(aside, lattice.s[lattice.v]));
+      Vec3d point = kMiddle;
+      point[plain.u] += aside;
+      point[plain.v] -= aside;
+      const RayLattice lattice = makeRayLattice(plain.s, 0.25, stretch, kLowest, kHighest, point);
+      const Vec3d middle(point[lattice.w], point[lattice.u], point[lattice.v]);
       double nearest = HUGE_VAL;
       for (size_t n = 0; n < lattice.layers.size(); ++n)
         for (int k = 0; k < lattice.layers[n].steps; ++k) {
