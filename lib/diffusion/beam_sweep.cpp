@@ -1,344 +1,334 @@
 #include "diffusion/beam_sweep.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
+#include <optional>
 
-#include "diffusion/source_shape.h"
+#include "diffusion/beam_pass.h"
 #include "grid/parallel.h"
-#include "grid/ray_march.h"
 #include "medium/angular_basis.h"
-#include "medium/transmittance.h"
+#include "medium/turned_block.h"
+#include "medium/wavefront.h"
 
 namespace vdb_diffuse {
 namespace {
 
-constexpr int kTile = 8;  // lattice tiles, in voxels: more than two, the width that rays of one voxel span
-constexpr double kGone = 1e-17;  // transmittance below which light is beyond any float beside the rest
-
-/// A lattice in index space. It hangs on the middle of the active voxels, so that a volume that is moved or
-/// mirrored is lit the same.
-struct Lattice {
-  int u, v, w;   // axes
-  Vec3d d;       // direction in index space, |d[w]| = 1
-  int rays;      // per voxel and axis
-  Vec3d anchor;  // the middle of the active voxels; a voxel's centre for a beam along the axis
-  double shift[2];
-  double length;  // world length per unit of t
-  Vec3d start(int64_t i, int64_t j) const {
-    Vec3d p = anchor;
-    p[u] += (i + shift[0]) / rays - 0.5;
-    p[v] += (j + shift[1]) / rays - 0.5;
-    return p;
-  }
+/// Channels whose light is weakened alike, in the medium as it is or in the rescaled one.
+struct Lane {
+  double extinction;  // optical depth of a voxel of mean size per density
+  bool rescaled;
+  std::vector<int> channels;
 };
 
-Lattice latticeOf(const Beam& beam, const Transform& transform, const Vec3d& middle) {
-  Lattice lattice;
-  Vec3d d = transform.directionToIndex(beam.direction);
-  lattice.w = 0;
-  for (int a = 1; a < 3; ++a)
-    if (std::abs(d[a]) > std::abs(d[lattice.w])) lattice.w = a;
-  lattice.u = (lattice.w + 1) % 3;
-  lattice.v = (lattice.w + 2) % 3;
-  d /= std::abs(d[lattice.w]);
-  for (int a = 0; a < 3; ++a)
-    if (std::abs(d[a]) < 1e-12) d[a] = 0;
-  lattice.d = d;
-  lattice.length = transform.directionToWorld(d).length();
-  const bool along_axis = d[lattice.u] == 0 && d[lattice.v] == 0;
-  lattice.anchor = middle;
-  if (along_axis)
-    for (int a = 0; a < 3; ++a) lattice.anchor[a] = std::floor(middle[a]);
-  lattice.rays = along_axis ? 1 : beam.rays;
-  lattice.shift[0] = along_axis ? 0.5 : beam.shift[0];
-  lattice.shift[1] = along_axis ? 0.5 : beam.shift[1];
-  return lattice;
+std::vector<Lane> lanesOf(const std::vector<ChannelOptics>& optics, double h, bool rescaled, bool shared) {
+  std::vector<Lane> lanes;
+  for (int kind = 0; kind <= (rescaled ? 1 : 0); ++kind)
+    for (size_t c = 0; c < optics.size(); ++c) {
+      const double extinction = h * (kind == 1 ? optics[c].sigma_t_beam : optics[c].true_sigma_t);
+      const auto same = std::find_if(lanes.begin(), lanes.end(), [&](const Lane& lane) {
+        return shared && lane.extinction == extinction && lane.rescaled == (kind == 1);
+      });
+      if (same != lanes.end())
+        same->channels.push_back(static_cast<int>(c));
+      else
+        lanes.push_back({extinction, kind == 1, {static_cast<int>(c)}});
+    }
+  return lanes;
 }
 
-/// Where in a voxel of each layer the lattice's rays run on average, in voxels from its centre. All voxels of
-/// a layer meet the same rays, and a beam that they find even must have no moments.
-class LayerMoments {
- public:
-  struct Layer {
-    double centre[3], square[3];  ///< means of x and x^2 over the rays in a voxel, by axis
-    double stretch[3];            ///< of moments: few rays side by side cover less than the voxel
-  };
-
-  LayerMoments(const Lattice& lattice, int lowest, int highest) : lattice_(lattice), first_(lowest) {
-    constexpr int64_t kMostKept = 1 << 16;  // pieces of a volume may lie any distance apart
-    if (int64_t{highest} - lowest >= kMostKept) return;
-    for (int layer = lowest; layer <= highest; ++layer) layers_.push_back(layerAt(lattice, layer));
+/// to += factor * marks in the active voxels.
+VDB_DIFFUSE_KERNEL void addMarks(const float* marks, const uint8_t* active, float factor, float* to) {
+  for (int row = 0; row < kBlockVoxels / 8; ++row) {
+    if (!active[row]) continue;
+    const Row value = loadRow(marks + 8 * row) * factor;
+    storeRow(to + 8 * row, loadRow(to + 8 * row) + (rowMask(active[row]) ? value : Row{}));
   }
-  Layer at(int layer) const { return layers_.empty() ? layerAt(lattice_, layer) : layers_[layer - first_]; }
+}
+
+/// The part of a line of the lattice's rays in the box of all blocks begins here, in layers from the start.
+std::optional<double> entryInBox(const Vec3d& start, const Vec3d& along, const Topology& topology) {
+  double first = -std::numeric_limits<double>::infinity(), last = -first;
+  for (int a = 0; a < 3; ++a) {
+    const double low = topology.lowest()[a] - 0.5 - start[a], high = topology.highest()[a] + 0.5 - start[a];
+    if (along[a] == 0) {
+      if (low > 0 || high < 0) return std::nullopt;
+      continue;
+    }
+    first = std::max(first, std::min(low / along[a], high / along[a]));
+    last = std::min(last, std::max(low / along[a], high / along[a]));
+  }
+  if (!(first < last)) return std::nullopt;
+  return first;
+}
+
+/// Marks the tiles of 8 x 8 rays that pass some block: `tiles` for each eight rows of the plane.
+class TouchedTiles {
+ public:
+  TouchedTiles(const RayLattice& lattice, const Topology& topology)
+      : pitch_((lattice.pitch + 7) / 8), touched_(static_cast<size_t>((lattice.rows + 7) / 8) * pitch_) {
+    for (size_t b = 0; b < topology.blockCount(); ++b) {
+      const Coord& origin = topology.origin(b);
+      for (int w = 0; w < kBlockWidth; ++w) {
+        const Layer& layer = lattice.layers[origin[lattice.w] + w - lattice.first_layer];
+        for (int k = 0; k < layer.steps; ++k) {
+          const int i = origin[lattice.u] - layer.step[k].shift_u - lattice.first_u,
+                    j = origin[lattice.v] - layer.step[k].shift_v - lattice.first_v;
+          for (int di : {0, 7})
+            for (int dj : {0, 7}) touched_[static_cast<size_t>((i + di) / 8) * pitch_ + (j + dj) / 8] = 1;
+        }
+      }
+    }
+  }
+  bool has(int row, int column) const { return touched_[static_cast<size_t>(row / 8) * pitch_ + column / 8]; }
 
  private:
-  const Lattice& lattice_;
-  int first_;
-  std::vector<Layer> layers_;
+  int pitch_;
+  std::vector<uint8_t> touched_;
+};
 
-  static Layer layerAt(const Lattice& lattice, int layer) {
-    constexpr double kMostStretch = 4;
-    Layer moments{};
-    moments.square[lattice.w] = 1. / 12;
-    moments.stretch[lattice.w] = 1;
-    for (int axis : {lattice.u, lattice.v}) {
-      // The middle of the rays in a voxel is a sawtooth of the height, one tooth for each ray's distance.
-      const double slope = lattice.d[axis] / lattice.d[lattice.w], spacing = 1.0 / lattice.rays;
-      const double at = lattice.start(0, 0)[axis] + slope * (layer - 0.5 - lattice.anchor[lattice.w]);
-      const auto saw = [&](double x) {
-        const double y = x - (lattice.rays % 2 == 1 ? 0 : 0.5 * spacing);
-        return y - spacing * std::floor(y / spacing + 0.5);
-      };
-      double centre, square;
-      if (std::abs(slope) < 1e-6) {
-        const double s = saw(at);
-        centre = s;
-        square = s * s;
-      } else {
-        // integrals of saw and saw^2 over the layer, the teeth counted
-        const double a = saw(at), b = saw(at + slope);
-        const double teeth = std::round((at + slope - b - (at - a)) / spacing);
-        centre = (b * b - a * a) / (2 * slope);
-        square = ((b * b * b - a * a * a) / 3 + teeth * spacing * spacing * spacing / 12) / slope;
+/// Beams that all come from afar, or all from surfaces.
+class Passage {
+ public:
+  Passage(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
+          const ReflectedLight& reflected, const std::vector<Beam>& beams, bool rescaled)
+      : medium_(medium),
+        occluder_(occluder),
+        reflected_(reflected),
+        beams_(beams),
+        from_surfaces_(beams.front().from_surfaces),
+        lanes_(lanesOf(optics, medium.transform().meanVoxelSize(), rescaled, !from_surfaces_)),
+        wavefront_(medium.density.topology, stretch(), bundles()) {
+    lattices_of_.resize(beams.size());
+    for (int octant = 0; octant < Wavefront::kOctants; ++octant)
+      for (const RayLattice& lattice : wavefront_.lattices(octant))
+        lattices_of_[beam_of_[lattice.number]].push_back(&lattice);
+    for (const auto& lattices : lattices_of_) places_.push_back(layerPlaces(lattices));
+  }
+
+  void run(FirstScatter& sum, const Progress& progress, double done_before, double done_after) {
+    int octants = 0;
+    for (int octant = 0; octant < Wavefront::kOctants; ++octant)
+      octants += !wavefront_.lattices(octant).empty();
+    const double visits = static_cast<double>(octants) * lanes_.size() * medium_.topology().blockCount();
+    std::atomic<size_t> visited{0};
+    for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
+      if (wavefront_.lattices(octant).empty()) continue;
+      std::vector<Wavefront::Rays> starts = startsOf(octant);
+      for (size_t lane = 0; lane < lanes_.size(); ++lane)
+        wavefront_.pass(octant, std::move(starts[lane]), [&](size_t b, Wavefront::Rays& rays) {
+          passBlock(octant, lanes_[lane], b, rays, sum);
+          const size_t n = ++visited;
+          if (progress && n % 64 == 0)
+            progress("source", done_before + (done_after - done_before) * static_cast<double>(n) / visits);
+        });
+    }
+  }
+
+ private:
+  const Medium& medium_;
+  const Occluder& occluder_;
+  const ReflectedLight& reflected_;
+  const std::vector<Beam>& beams_;
+  bool from_surfaces_;
+  std::vector<Lane> lanes_;
+  std::vector<size_t> beam_of_;  // by bundle
+  Wavefront wavefront_;
+  std::vector<std::vector<const RayLattice*>> lattices_of_;  // by beam
+  std::vector<std::vector<LayerPlaces>> places_;             // by beam and layer
+
+  Vec3d stretch() const { return medium_.transform().voxelSize() / medium_.transform().meanVoxelSize(); }
+  Vec3d alongAxes(const Beam& beam) const {
+    Vec3d s;
+    for (int a = 0; a < 3; ++a)
+      s[a] = beam.direction.dot(medium_.transform().axis(a)) / medium_.transform().axis(a).length();
+    for (int a = 0; a < 3; ++a)
+      if (std::abs(s[a]) < 1e-12) s[a] = 0;
+    return s;
+  }
+
+  /// Lattices about the middle of the active voxels, so that a volume that is moved or mirrored is lit the
+  /// same; through the voxels' centres for a beam along an axis, of which one is enough.
+  std::vector<Wavefront::Bundle> bundles() {
+    std::vector<Wavefront::Bundle> result;
+    const auto [low, high] = medium_.topology().activeBox();
+    const Vec3d middle = 0.5 * (low.asVec3d() + high.asVec3d());
+    for (size_t n = 0; n < beams_.size(); ++n) {
+      const Beam& beam = beams_[n];
+      const Vec3d s = alongAxes(beam);
+      const LatticeAxes axes = latticeAxes(s, stretch());
+      if (s[axes.u] == 0 && s[axes.v] == 0) {
+        const Vec3d centre(std::floor(middle[0]), std::floor(middle[1]), std::floor(middle[2]));
+        result.push_back({s, 1, centre});
+        beam_of_.push_back(n);
+        continue;
       }
-      moments.centre[axis] = centre;
-      moments.square[axis] = square + (1 - spacing * spacing) / 12;
-      const double variance = moments.square[axis] - centre * centre;
-      moments.stretch[axis] = std::min(1. / 12 / variance, kMostStretch);
+      for (int i = 0; i < beam.rays; ++i)
+        for (int j = 0; j < beam.rays; ++j) {
+          Vec3d through = middle;
+          through[axes.u] += (i + beam.shift[0]) / beam.rays - 0.5;
+          through[axes.v] += (j + beam.shift[1]) / beam.rays - 0.5;
+          result.push_back({s, 1, through});
+          beam_of_.push_back(n);
+        }
     }
-    return moments;
+    return result;
   }
-};
 
-/// The tiles of the lattice that some block's shadow touches, in four lists by the parity of their place.
-std::array<std::vector<std::pair<int32_t, int32_t>>, 4> tilesOf(const Topology& topology,
-                                                                const Lattice& lattice) {
-  std::vector<std::pair<int32_t, int32_t>> all;
-  const double slope_u = lattice.d[lattice.u] / lattice.d[lattice.w],
-               slope_v = lattice.d[lattice.v] / lattice.d[lattice.w];
-  const auto range = [&](const Coord& origin, int axis, double slope, int32_t& first, int32_t& last) {
-    const double low = origin[lattice.w] - 0.5 - lattice.anchor[lattice.w], high = low + kBlockWidth;
-    const double side = origin[axis] - 0.5 - lattice.anchor[axis];
-    const double a = side - std::max(slope * low, slope * high);
-    const double b = side + kBlockWidth - std::min(slope * low, slope * high);
-    first = static_cast<int32_t>(std::floor((a + 0.5) / kTile));
-    last = static_cast<int32_t>(std::floor((b + 0.5) / kTile));
-  };
-  for (size_t b = 0; b < topology.blockCount(); ++b) {
-    int32_t u0, u1, v0, v1;
-    range(topology.origin(b), lattice.u, slope_u, u0, u1);
-    range(topology.origin(b), lattice.v, slope_v, v0, v1);
-    for (int32_t i = u0; i <= u1; ++i)
-      for (int32_t j = v0; j <= v1; ++j) all.emplace_back(i, j);
-  }
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  std::array<std::vector<std::pair<int32_t, int32_t>>, 4> tiles;
-  for (const auto& tile : all) tiles[(tile.first & 1) * 2 + (tile.second & 1)].push_back(tile);
-  return tiles;
-}
-
-/// Light of one ray: what is left of it and what it deposits, by channel, for the true and the rescaled
-/// medium.
-struct RayLight {
-  double direct[3], beam[3];
-  double largest(int channels) const {
-    double m = 0;
-    for (int c = 0; c < channels; ++c) m = std::max({m, direct[c], beam[c]});
-    return m;
-  }
-};
-
-/// A place along a ray where surfaces change the light to `radiance`.
-struct Change {
-  double t;
-  ReflectedLight::Radiance power;
-};
-
-/// (1 - exp(-tau)) / tau; the series' first term left out is below 1e-9.
-double meanTransmittance(double tau) {
-  if (tau > 0.2) return -std::expm1(-tau) / tau;
-  return 1 -
-         tau * (1. / 2 -
-                tau * (1. / 6 - tau * (1. / 24 - tau * (1. / 120 - tau * (1. / 720 - tau * (1. / 5040))))));
-}
-
-struct CoordRange {
-  Coord lowest, highest;
-};
-
-CoordRange activeBox(const Topology& topology) {
-  CoordRange box{Coord::max(), Coord::min()};
-  for (size_t b = 0; b < topology.blockCount(); ++b)
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
-      const Coord p = topology.origin(b) + voxelLocal(static_cast<int>(it.pos()));
-      box.lowest.minComponent(p);
-      box.highest.maxComponent(p);
+  /// The rays of every lane before they enter the volume.
+  std::vector<Wavefront::Rays> startsOf(int octant) const {
+    std::vector<Wavefront::Rays> starts;
+    for (size_t lane = 0; lane < lanes_.size(); ++lane)
+      starts.push_back(wavefront_.makeRays(octant, from_surfaces_ ? 0.0f : 1.0f));
+    if (occluder_.empty()) return starts;
+    const std::vector<RayLattice>& lattices = wavefront_.lattices(octant);
+    for (size_t d = 0; d < lattices.size(); ++d) {
+      const RayLattice& lattice = lattices[d];
+      const TouchedTiles touched(lattice, medium_.topology());
+      forEachBlock(
+          static_cast<size_t>(lattice.rows),
+          [&](size_t row) {
+            for (int column = 0; column < lattice.pitch; ++column)
+              if (touched.has(static_cast<int>(row), column)) {
+                const size_t ray = row * lattice.pitch + column;
+                Vec3d p = lattice.start;
+                p[lattice.u] += static_cast<double>(row) + lattice.first_u;
+                p[lattice.v] += static_cast<double>(column) + lattice.first_v;
+                startRay(beams_[beam_of_[lattice.number]], p, lattice.along, [&](size_t lane, double light) {
+                  starts[lane][d][ray] = static_cast<float>(light);
+                });
+              }
+          },
+          1);
     }
-  return box;
-}
+    return starts;
+  }
+
+  /// \param set  set(lane, light) for the lanes that differ from the start
+  template <typename Set>
+  void startRay(const Beam& beam, const Vec3d& p_index, const Vec3d& along, const Set& set) const {
+    const std::optional<double> t = entryInBox(p_index, along, medium_.topology());
+    if (!t) return;
+    const Vec3d origin = medium_.transform().toWorld(p_index + along * *t);
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    if (!from_surfaces_) {
+      if (occluder_.hidden(origin, -beam.direction, kFar))
+        for (size_t lane = 0; lane < lanes_.size(); ++lane) set(lane, 0);
+      return;
+    }
+    const auto hit = occluder_.closest(origin, -beam.direction, kFar);
+    if (!hit) return;
+    const ReflectedLight::Radiance radiance = reflected_.radiance(*hit, origin, -beam.direction);
+    for (size_t lane = 0; lane < lanes_.size(); ++lane) {
+      const Vec3d& light = lanes_[lane].rescaled ? radiance.beam : radiance.direct;
+      set(lane, light[lanes_[lane].channels.front()]);
+    }
+  }
+
+  void passBlock(int octant, const Lane& lane, size_t b, Wavefront::Rays& rays, FirstScatter& sum) const {
+    const Topology& topology = medium_.topology();
+    const std::vector<RayLattice>& lattices = wavefront_.lattices(octant);
+    const float* rho = medium_.density.values.block(b);
+    alignas(64) float turned_rho[kBlockVoxels];
+    turnBlock(rho, turned_rho);
+    const RowBits active(topology.active(b));
+    BeamMarks marks;
+    for (size_t d = 0; d < lattices.size();) {
+      const size_t n = beam_of_[lattices[d].number];
+      const bool turned = lattices[d].w == 2, shaped = takesShape(lane, sum);
+      BeamBlock block{turned ? turned_rho : rho, turned ? active.turned : active.plain, 64, 8,
+                      topology.origin(b)};
+      if (lattices[d].w == 1) std::swap(block.stride_w, block.stride_u);
+      const int axes[3] = {lattices[d].w, lattices[d].u, lattices[d].v};
+      marks.clear(shaped);
+      for (; d < lattices.size() && beam_of_[lattices[d].number] == n; ++d)
+        passBeam(lattices[d], block, lane.extinction, 1.0 / static_cast<double>(lattices_of_[n].size()),
+                 shaped ? &places_[n] : nullptr, rays[d].get(), marks);
+      if (turned) turnMarksBack(shaped, marks);
+      leave(beams_[n], lane, b, marks, axes, active.plain, sum);
+    }
+  }
+
+  /// The moments of what scatters belong to the rescaled light where there is one.
+  static bool scatters(const Lane& lane, const FirstScatter& sum) {
+    return lane.rescaled || sum.beam.empty();
+  }
+  static bool takesShape(const Lane& lane, const FirstScatter& sum) {
+    return !sum.shape.empty() && scatters(lane, sum);
+  }
+
+  static void turnMarksBack(bool shaped, BeamMarks& marks) {
+    alignas(64) float turned[kBlockVoxels];
+    const auto back = [&](float* values) {
+      std::copy_n(values, kBlockVoxels, turned);
+      turnBack(turned, values);
+    };
+    back(marks.light);
+    for (int a = 0; shaped && a < 3; ++a) {
+      back(marks.lean[a]);
+      back(marks.spread[a]);
+    }
+  }
+
+  void leave(const Beam& beam, const Lane& lane, size_t b, const BeamMarks& marks, const int axes[3],
+             const uint8_t* active, FirstScatter& sum) const {
+    const Vec3d s = alongAxes(beam);
+    double basis[kSecondOrder];
+    angularBasis(s, basis);
+    for (int c : lane.channels) {
+      const double power = from_surfaces_ ? beam.weight : beam.power[c];
+      const auto add = [&](const float* from, double factor, Field<float>& to) {
+        addMarks(from, active, static_cast<float>(power * factor), to.block(b));
+      };
+      add(marks.light, 1, lane.rescaled ? sum.beam[c] : sum.direct[c]);
+      std::vector<VectorField>& flux = scatters(lane, sum) ? sum.beam_flux : sum.direct_flux;
+      for (int a = 0; !flux.empty() && a < 3; ++a) add(marks.light, s[a], flux[c][a]);
+      if (!scatters(lane, sum)) continue;
+      for (size_t k = 0; !sum.second_moments.empty() && k < sum.second_moments[c].size(); ++k)
+        add(marks.light, basis[kFirstOrder + k], sum.second_moments[c][k]);
+      for (int a = 0; !sum.shape.empty() && a < 3; ++a) {
+        add(marks.lean[a], 1, sum.shape[c].lean[axes[a]]);
+        add(marks.spread[a], 1, sum.shape[c].spread[axes[a]]);
+      }
+    }
+  }
+};
 
 }  // namespace
 
 BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
                      const ReflectedLight& reflected)
-    : medium_(medium), optics_(optics), occluder_(occluder), reflected_(reflected) {
-  const Topology& topology = medium.topology();
-  const CoordRange box = activeBox(topology);
-  middle_index_ = 0.5 * (box.lowest.asVec3d() + box.highest.asVec3d());
-  Vec3d low(1e300), high(-1e300);
-  const Coord &a = topology.lowest(), &b = topology.highest();
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p =
-        medium.transform().toWorld(Vec3d(corner & 1 ? b[0] + 1 : a[0] - 1, corner & 2 ? b[1] + 1 : a[1] - 1,
-                                         corner & 4 ? b[2] + 1 : a[2] - 1));
-    low = openvdb::math::minComponent(low, p);
-    high = openvdb::math::maxComponent(high, p);
+    : medium_(medium),
+      optics_(optics),
+      occluder_(occluder),
+      reflected_(reflected),
+      by_rays_(medium, optics, occluder, reflected) {}
+
+void BeamSweep::add(const std::vector<Beam>& beams, FirstScatter& sum, const Progress& progress) const {
+  if (beams.empty() || medium_.topology().blockCount() == 0) return;
+  size_t done = 0;
+  const auto part = [&](size_t n) { return static_cast<double>(n) / static_cast<double>(beams.size()); };
+  for (const bool from_surfaces : {false, true}) {
+    std::vector<Beam> some;
+    size_t lattices = 0;
+    for (const Beam& beam : beams)
+      if (beam.from_surfaces == from_surfaces) {
+        some.push_back(beam);
+        lattices += static_cast<size_t>(beam.rays) * beam.rays;
+      }
+    if (some.empty()) continue;
+    if (!by_rays_.surfacesInside() && !Wavefront::tooWide(medium_.topology(), lattices)) {
+      Passage(medium_, optics_, occluder_, reflected_, some, !sum.beam.empty())
+          .run(sum, progress, part(done), part(done + some.size()));
+      done += some.size();
+      continue;
+    }
+    for (const Beam& beam : some) {
+      by_rays_.add(beam, sum);
+      if (progress) progress("source", part(++done));
+    }
   }
-  width_ = (high - low).length();
-  surfaces_inside_ = occluder.comesNear(low, high);
-}
-
-void BeamSweep::add(const Beam& beam, FirstScatter& sum) const {
-  const Topology& topology = medium_.topology();
-  const Transform& transform = medium_.transform();
-  const Lattice lattice = latticeOf(beam, transform, middle_index_);
-  const int channels = static_cast<int>(optics_.size());
-  const bool rescaled = !sum.beam.empty();
-  const LayerMoments layers(lattice, topology.lowest()[lattice.w], topology.highest()[lattice.w]);
-  const double share = 1.0 / (lattice.rays * lattice.rays);
-  Vec3d along_axes;
-  for (int a = 0; a < 3; ++a)
-    along_axes[a] = beam.direction.dot(transform.axis(a)) / transform.axis(a).length();
-  double basis[kSecondOrder];
-  angularBasis(along_axes, basis);
-
-  // Where surfaces change the light of a ray from t_first on, in order; t counts from p. What it met before
-  // is asked backward: the nearest surface there is all that counts.
-  const auto changesOf = [&](const Vec3d& p, double t_first, std::vector<Change>& changes) {
-    changes.clear();
-    Vec3d origin = transform.toWorld(p + lattice.d * t_first);
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    const auto add = [&](double t, const Occluder::Hit& hit, const Vec3d& from, const Vec3d& toward) {
-      Change change{t, reflected_.radiance(hit, from, toward)};
-      change.power.direct *= beam.weight;
-      change.power.beam *= beam.weight;
-      changes.push_back(change);
-    };
-    if (!beam.from_surfaces) {
-      if (occluder_.hidden(origin, -beam.direction, kFar)) changes.push_back({t_first, {}});
-    } else if (const auto hit = occluder_.closest(origin, -beam.direction, kFar)) {
-      add(t_first, *hit, origin, -beam.direction);
-    }
-    if (!surfaces_inside_ || (!beam.from_surfaces && !changes.empty())) return;
-    double travelled = 0;
-    const double step = 1e-6 * transform.meanVoxelSize() + 1e-9 * width_;
-    while (auto hit = occluder_.closest(origin, beam.direction, width_ - travelled)) {
-      const double t = t_first + (travelled + hit->distance) / lattice.length;
-      if (!beam.from_surfaces) {
-        changes.push_back({t, {}});
-        return;  // dark from here on
-      }
-      hit->front = !hit->front;  // light goes on from the side that a forward ray does not meet
-      add(t, *hit, origin, beam.direction);
-      travelled += hit->distance + step;
-      if (!(travelled < width_)) return;
-      origin += beam.direction * (hit->distance + step);
-    }
-  };
-
-  const auto followRay = [&](const Vec3d& p, std::vector<Change>& changes) {
-    RayLight light;
-    const auto set = [&](const ReflectedLight::Radiance& power) {
-      for (int c = 0; c < channels; ++c) {
-        light.direct[c] = power.direct[c] * share;
-        light.beam[c] = power.beam[c] * share;
-      }
-    };
-    set({beam.power, beam.power});
-    bool asked = occluder_.empty();
-    changes.clear();
-    size_t next = 0;
-    double brightest = light.largest(channels);
-    const auto addShape = [&](BeamShape& shape, size_t block, int voxel, double t0, double extent,
-                              double light, const DecayMoments& decay) {
-      const Coord at = topology.origin(block) + voxelLocal(voxel);
-      const LayerMoments::Layer layer = layers.at(at[lattice.w]);
-      const double first = decay.m1 / decay.m0, second = decay.m2 / decay.m0;
-      for (int a = 0; a < 3; ++a) {
-        const double x = p[a] + t0 * lattice.d[a] - at[a], step = extent * lattice.d[a];
-        const double mean = x + step * first, square = x * (x + 2 * step * first) + step * step * second;
-        shape.lean[a].block(block)[voxel] +=
-            static_cast<float>(light * layer.stretch[a] * (mean - layer.centre[a]));
-        shape.spread[a].block(block)[voxel] += static_cast<float>(light * (square - layer.square[a]));
-      }
-    };
-    const auto deposit = [&](size_t block, int voxel, double t0, double t1) {
-      const double extent = t1 - t0,
-                   column = medium_.density.values.block(block)[voxel] * extent * lattice.length;
-      for (int c = 0; c < channels; ++c) {
-        const double tau = optics_[c].true_sigma_t * column, mean = meanTransmittance(tau);
-        const double direct = light.direct[c] * mean * extent;
-        light.direct[c] *= 1 - tau * mean;
-        sum.direct[c].block(block)[voxel] += static_cast<float>(direct);
-        double scatters = direct, tau_scatters = tau;
-        if (rescaled) {
-          tau_scatters = optics_[c].sigma_t_beam * column;
-          const double mean_beam = meanTransmittance(tau_scatters);
-          scatters = light.beam[c] * mean_beam * extent;
-          light.beam[c] *= 1 - tau_scatters * mean_beam;
-          sum.beam[c].block(block)[voxel] += static_cast<float>(scatters);
-        }
-        if (!sum.shape.empty())
-          addShape(sum.shape[c], block, voxel, t0, extent, scatters, decayMoments(tau_scatters));
-        if (!sum.beam_flux.empty())
-          for (int a = 0; a < 3; ++a)
-            sum.beam_flux[c][a].block(block)[voxel] += static_cast<float>(scatters * along_axes[a]);
-        if (!sum.second_moments.empty())
-          for (int k = kFirstOrder; k < kSecondOrder; ++k)
-            sum.second_moments[c][k - kFirstOrder].block(block)[voxel] +=
-                static_cast<float>(scatters * basis[k]);
-        if (!sum.direct_flux.empty())
-          for (int a = 0; a < 3; ++a)
-            sum.direct_flux[c][a].block(block)[voxel] += static_cast<float>(direct * along_axes[a]);
-      }
-    };
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    marchRay(topology, p, lattice.d, -kFar, kFar, [&](size_t block, int voxel, double t0, double t1) {
-      const bool active = topology.active(block).isOn(voxel);
-      if (!asked) {
-        if (!active) return true;
-        changesOf(p, t0, changes);
-        asked = true;
-        if (beam.from_surfaces && changes.empty()) return false;
-      }
-      while (next < changes.size() && changes[next].t < t1) {
-        const double t = std::max(t0, changes[next].t);
-        if (active && t > t0) deposit(block, voxel, t0, t);
-        set(changes[next].power);
-        brightest = std::max(brightest, light.largest(channels));
-        t0 = t;
-        ++next;
-      }
-      if (active) deposit(block, voxel, t0, t1);
-      return next < changes.size() || light.largest(channels) > kGone * brightest;
-    });
-  };
-
-  const auto tiles = tilesOf(topology, lattice);
-  const int rays = kTile * lattice.rays;
-  for (const auto& colour : tiles)
-    forEachBlock(
-        colour.size(),
-        [&](size_t tile) {
-          std::vector<Change> changes;
-          for (int64_t i = int64_t{colour[tile].first} * rays; i < (int64_t{colour[tile].first} + 1) * rays;
-               ++i)
-            for (int64_t j = int64_t{colour[tile].second} * rays;
-                 j < (int64_t{colour[tile].second} + 1) * rays; ++j)
-              followRay(lattice.start(i, j), changes);
-        },
-        1);
 }
 
 }  // namespace vdb_diffuse

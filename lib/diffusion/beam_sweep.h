@@ -1,52 +1,33 @@
 #pragma once
 
-#include <functional>
-
-#include "diffusion/first_scatter.h"
-#include "diffusion/reflected_light.h"
+#include "diffusion/beam_rays.h"
 
 namespace vdb_diffuse {
 
-/// Light that travels in one direction everywhere.
-struct Beam {
-  Vec3d direction;       ///< unit length, world
-  Vec3d power{0, 0, 0};  ///< its part of the mean over directions before attenuation: irradiance / (4 pi)
-  bool from_surfaces = false;    ///< starts at surfaces that reflect, not from afar; `power` is then unused
-  double weight = 1;             ///< factor on a reflected radiance: the direction's share of the sphere
-  int rays = 1;                  ///< lattice rays per voxel and axis
-  double shift[2] = {0.5, 0.5};  ///< of the lattice, 0..1 of its spacing
-};
-
-/// Adds a beam to the first scatter of every voxel, in one pass along the beam.
+/// Adds beams to the first scatter of every voxel, in one pass along each.
 ///
-/// Rays stand on a square lattice in the plane across the grid axis that the beam is nearest to, one voxel
-/// apart (or 1/rays). Each is followed once through the whole volume, exactly for constant voxels, and leaves
-/// in every voxel its mean over the segment, times the segment's extent along the axis:
+/// A beam's rays stand on lattices one voxel apart (ray_lattice.h), of which it has rays x rays that lie side
+/// by side; beams of an octant pass a block together, block by block in the order of wavefront.h. O(N) for a
+/// direction, where marching from every voxel to the light is O(N^(4/3)). The order of sums is fixed.
 ///
-///      |  / |  / |  / |       at each height one ray passes through each voxel, so the extents in a
-///      | /  | /  | /  |       voxel add up to one: no normalisation, and what the rays lose is what
-///      |/   |/   |/   |       the voxels gain: the beam's energy closes to rounding
-///      +----+----+----+
-///
-/// O(N) for a direction, where marching from every voxel to the light is O(N^(4/3)). Surfaces end a ray, or
-/// start a reflected one. Tiles of rays run in four colours, so that no two threads meet in a voxel and the
-/// order of sums is fixed.
+/// Rays carry light that starts as 1, once for every extinction among channels and media; colours are given
+/// to what they leave. Surfaces outside the volume's box hide a ray as a whole, or light it as a whole where
+/// they reflect; among surfaces that stand in the box, and in boxes too wide for the planes of all rays, each
+/// ray is followed by itself (beam_rays.h).
 class BeamSweep {
  public:
   /// \param optics  of each channel; all references must outlive the object
   BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
             const ReflectedLight& reflected);
 
-  void add(const Beam& beam, FirstScatter& sum) const;
+  void add(const std::vector<Beam>& beams, FirstScatter& sum, const Progress& progress = {}) const;
 
  private:
   const Medium& medium_;
   const std::vector<ChannelOptics>& optics_;
   const Occluder& occluder_;
   const ReflectedLight& reflected_;
-  Vec3d middle_index_;    // of the active voxels
-  double width_;          // of the volume's box from corner to corner, world
-  bool surfaces_inside_;  // a surface may come near the box
+  BeamRays by_rays_;
 };
 
 }  // namespace vdb_diffuse

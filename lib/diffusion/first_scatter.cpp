@@ -98,29 +98,29 @@ class Gatherer {
   /// Sweeps along all beams, and along the directions of reflected light.
   void sweep(FirstScatter& sum, const Progress& progress) const {
     const std::vector<ChannelOptics> optics(optics_, optics_ + channels_);
-    const BeamSweep sweeps(medium_, optics, occluder_, reflected_);
-    const size_t total = lights_.beams.size() + gather_.size();
-    for (size_t n = 0; n < total; ++n) {
+    std::vector<Beam> beams;
+    const auto oneOfMany = [](Beam& beam, int index) {
+      for (int a = 0; a < 2; ++a) beam.shift[a] = 0.5 + spreadPoint(index, a, 2);
+    };
+    for (const BeamSample& sample : lights_.beams) {
       Beam beam;
-      int one_of_many = -1;  // its place among beams of the same light, where they are many
-      if (n < lights_.beams.size()) {
-        const BeamSample& sample = lights_.beams[n];
-        beam.direction = sample.direction;
-        beam.power = sample.irradiance * kInverseSphere;
-        if (sample.count >= kManyBeams) one_of_many = sample.index;
-      } else {
-        one_of_many = static_cast<int>(n - lights_.beams.size());
-        beam.direction = gather_[one_of_many];
-        beam.from_surfaces = true;
-        beam.weight = 1.0 / static_cast<double>(gather_.size());
-      }
-      if (one_of_many >= 0)
-        for (int a = 0; a < 2; ++a) beam.shift[a] = 0.5 + spreadPoint(one_of_many, a, 2);
+      beam.direction = sample.direction;
+      beam.power = sample.irradiance * kInverseSphere;
+      if (sample.count >= kManyBeams)
+        oneOfMany(beam, sample.index);
       else
         beam.rays = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(rays_))));
-      sweeps.add(beam, sum);
-      if (progress) progress("source", static_cast<double>(n + 1) / total);
+      beams.push_back(beam);
     }
+    for (size_t n = 0; n < gather_.size(); ++n) {
+      Beam beam;
+      beam.direction = gather_[n];
+      beam.from_surfaces = true;
+      beam.weight = 1.0 / static_cast<double>(gather_.size());
+      oneOfMany(beam, static_cast<int>(n));
+      beams.push_back(beam);
+    }
+    BeamSweep(medium_, optics, occluder_, reflected_).add(beams, sum, progress);
   }
 
  private:
