@@ -2,21 +2,14 @@
 
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "diffusion/area_factor.h"
+#include "diffusion/face_heads.h"
 #include "grid/error.h"
 #include "multigrid/block_kernel.h"
 
 namespace vdb_diffuse {
 namespace {
-
-/// Conductances through the sides of one block's voxels that lead out of the medium: a face beside an
-/// inactive voxel, or a wall. Zero elsewhere.
-struct OpenFaces {
-  float g[6][kBlockVoxels];
-  bool any = false;
-};
 
 double surfaceResistance(const Equation& e, const WallFace* wall, float area_factor) {
   if (!wall) return 2 / static_cast<double>(area_factor);
@@ -25,12 +18,18 @@ double surfaceResistance(const Equation& e, const WallFace* wall, float area_fac
   return R < 1 ? 2 * (1 + R) / (1 - R) / area : std::numeric_limits<double>::infinity();
 }
 
-void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
+std::vector<OpenFace> findOpenFaces(const Equation& e, size_t b) {
   const Topology& topology = *e.A->topology;
-  const BlockMask& active = topology.active(b);
+  std::array<BlockMask, 6> faces = topology.outerFaces(b);
   const Walls no_walls;
   const Walls& walls = e.settings.walls ? *e.settings.walls : no_walls;
-  const float* r = e.A->half_resistance.block(b);
+  if (const auto list = walls.find(static_cast<int32_t>(b)); list != walls.end())
+    for (const WallFace& wall : list->second) faces[wall.face].setOn(wall.voxel);
+  std::vector<OpenFace> open;
+  size_t count = 0;
+  for (const BlockMask& mask : faces) count += mask.countOn();
+  if (count == 0) return open;
+  open.reserve(count);
   float area[kBlockVoxels];
   if (e.settings.staircase)
     areaFactors(topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]), b, area);
@@ -39,135 +38,112 @@ void findOpenFaces(const Equation& e, size_t b, OpenFaces& open) {
   if (e.settings.returned)
     for (int n = 0; n < kBlockVoxels; ++n)
       area[n] *= std::max(e.settings.least_returned, e.settings.returned->block(b)[n]);
+  const float* r = e.A->half_resistance.block(b);
   for (int face = 0; face < 6; ++face) {
-    const int axis = face / 2, up = face % 2, stride = 64 >> (3 * axis), shift = 6 - 3 * axis;
-    const int32_t across = topology.neighbours(b)[face];
-    const double s = e.stretch[axis];
-    std::fill_n(open.g[face], kBlockVoxels, 0.0f);
-    for (auto it = active.beginOn(); it; ++it) {
+    const double s = e.stretch[face / 2];
+    for (auto it = faces[face].beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      const int place = n >> shift & 7;
-      bool next;
-      if (place == (up ? 7 : 0))
-        next = across != kNoBlock && topology.active(across).isOn(up ? n - 7 * stride : n + 7 * stride);
-      else
-        next = active.isOn(up ? n + stride : n - stride);
-      const WallFace* wall = wallAt(walls, b, n, face);
-      if (next && !wall) continue;
-      const double resistance = s * (s * r[n] + surfaceResistance(e, wall, area[n]));
-      open.g[face][n] = static_cast<float>(e.settings.opening / resistance);
-      open.any = true;
+      const double resistance = s * (s * r[n] + surfaceResistance(e, wallAt(walls, b, n, face), area[n]));
+      open.push_back({static_cast<uint16_t>(n), static_cast<uint8_t>(face),
+                      static_cast<float>(e.settings.opening / resistance)});
     }
   }
+  return open;
 }
 
-/// The way from a times a voxel's mean to its upper and its lower face along an axis: what the drive and the
-/// sources inside add, see equation.h. Zero in inactive voxels.
-struct Heads {
-  Field<float> upper, lower;
-};
-
-/// Is the unknown anything but the mean?
-bool scalesMeans(const Equation& e) {
-  return e.settings.profile && e.optics.sigma_a > 0;
+/// The rows of conductance below and above the voxels of row (x, y) along an axis.
+VDB_DIFFUSE_INLINE std::pair<Row, Row> faceRows(const BlockFaces& g, int axis, int x, int y) {
+  if (axis == 0) return {loadRow(g.x[x][y]), loadRow(g.x[x + 1][y])};
+  if (axis == 1) return {loadRow(g.y[x][y]), loadRow(g.y[x][y + 1])};
+  return {loadRow(g.below[x][y]), loadRow(g.above[x][y])};
+}
+/// The row next to (x, y) along an axis, downward or upward.
+VDB_DIFFUSE_INLINE Row rowBelow(const Halo<float>& f, int axis, int x, int y) {
+  if (axis == 2) return shiftedUp(loadRow(f.row(x, y)), f.below[x][y]);
+  return loadRow(f.row(x - (axis == 0), y - (axis == 1)));
+}
+VDB_DIFFUSE_INLINE Row rowAbove(const Halo<float>& f, int axis, int x, int y) {
+  if (axis == 2) return shiftedDown(loadRow(f.row(x, y)), f.above[x][y]);
+  return loadRow(f.row(x + (axis == 0), y + (axis == 1)));
 }
 
-/// How much of what scatters in a voxel leaves along each axis, see equation.h.
-class Shares {
- public:
-  Shares(const Equation& e, size_t b) : e_(e), b_(b) {
-    loadHalo(*e.A->topology, e.A->half_resistance, b, std::numeric_limits<float>::infinity(), r_);
-    walled_ = e.settings.walls && e.settings.walls->count(static_cast<int32_t>(b)) > 0;
+/// What heads alone send through the faces below and above the voxels of a row.
+struct HeadFlow {
+  Halo<float> upper, lower;
+  VDB_DIFFUSE_INLINE HeadFlow(const Topology& topology, const FaceHeads& heads, size_t b) {
+    loadHalo(topology, heads.upper, b, 0.0f, upper);
+    loadHalo(topology, heads.lower, b, 0.0f, lower);
   }
-  void of(int voxel, double share[3]) const {
-    const Coord p = voxelLocal(voxel);
-    int open_axes = 0, passable_axes = 0;
-    bool open[3], passable[3];
-    for (int a = 0; a < 3; ++a) {
-      open[a] = passable[a] = false;
-      for (int up = 0; up < 2; ++up) {
-        Coord next = p;
-        next[a] += up ? 1 : -1;
-        const WallFace* wall = walled_ ? wallAt(*e_.settings.walls, b_, voxel, 2 * a + up) : nullptr;
-        const bool leads_out = wall ? (*e_.settings.surfaces)[wall->surface].albedo[e_.channel] < 1
-                                    : std::isinf(r_.at(next[0], next[1], next[2]));
-        open[a] = open[a] || leads_out;
-        passable[a] = passable[a] || leads_out || !wall;
-      }
-      open_axes += open[a];
-      passable_axes += passable[a];
-    }
-    for (int a = 0; a < 3; ++a) {
-      if (open_axes > 0)
-        share[a] = open[a] ? 1.0 / open_axes : 0.0;
-      else
-        share[a] = passable[a] ? 1.0 / passable_axes : 0.0;
-    }
+  VDB_DIFFUSE_INLINE Row below(const Row& g, int axis, int x, int y) const {
+    return g * (rowBelow(upper, axis, x, y) - loadRow(lower.row(x, y)));
   }
-
- private:
-  const Equation& e_;
-  const size_t b_;
-  Halo<float> r_;
-  bool walled_;
+  VDB_DIFFUSE_INLINE Row above(const Row& g, int axis, int x, int y) const {
+    return g * (loadRow(upper.row(x, y)) - rowAbove(lower, axis, x, y));
+  }
 };
 
-/// \param I0  means, of which heads take what is missing from a times them to themselves; null: 0
-void formHeads(const Equation& e, const Medium& medium, const BeamSource& beams, const Field<double>* I0,
-               int axis, Heads& heads) {
+/// Flow along an axis through the faces below and above each voxel of a block, together.
+VDB_DIFFUSE_KERNEL void flowOfBlock(const Equation& e, const Field<double>& I0, const FaceHeads* heads,
+                                    int axis, size_t b, float* flow) {
   const Topology& topology = *e.A->topology;
-  const double s = e.stretch[axis];
-  const double drive = 0.5 * s * beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
-  const double scatters = beams.scale * e.optics.source_sigma * e.h;
-  const double glows = beams.Q0 && !medium.emission.empty()
-                           ? beams.scale * e.optics.sigma_a * e.h * medium.optics.emission_scale
-                           : 0;
-  if (heads.upper.empty()) heads.upper = heads.lower = Field<float>(topology);
-  forEachBlock(topology.blockCount(), [&](size_t b) {
-    const float* rho = medium.density.values.block(b);
-    const float* Q0 = beams.Q0 ? beams.Q0->block(b) : nullptr;
-    const float* flux = beams.Q1_flux ? (*beams.Q1_flux)[axis].block(b) : nullptr;
-    const float* lean = beams.shape ? beams.shape->lean[axis].block(b) : nullptr;
-    const float* spread[3] = {};
-    for (int a = 0; beams.shape && a < 3; ++a) spread[a] = beams.shape->spread[a].block(b);
-    const float* Q = glows != 0 ? medium.emission.block(b) : nullptr;
-    const double* mean = I0 ? I0->block(b) : nullptr;
-    float *upper = heads.upper.block(b), *lower = heads.lower.block(b);
-    const bool shaped = Q0 && e.settings.profile;
-    std::optional<Shares> shares;
-    if (shaped) shares.emplace(e, b);
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
-      const int n = static_cast<int>(it.pos());
-      const VoxelProfile profile = e.profile(rho[n]);
-      double even = mean ? (profile.a - 1) * mean[n] : 0, odd = flux ? drive * rho[n] * flux[n] : 0;
-      if (shaped) {
-        double share[3];
-        shares->of(n, share);
-        // what is absorbed at once leaves nowhere
-        const double part = share[axis] + (1 - share[axis]) * (1 - profile.a);
-        const double along = profile.r * s * s, tau_s = scatters * rho[n];
-        double leaves = part * tau_s * Q0[n] + (Q ? glows * rho[n] * Q[n] : 0);
-        if (lean) {
-          double skin[3], skins = 0;  // what scatters beside a face leaves through that
-          for (int a = 0; a < 3; ++a) skins += skin[a] = 6 * tau_s * spread[a][n];
-          leaves += skin[axis] - part * skins;
-          even += along * profile.spread * skin[axis] / 6;
-          odd += along * profile.lean * tau_s * lean[n];
-        }
-        even += along * profile.even * leaves;
+  BlockFaces g;
+  Halo<double> u;
+  loadFaces(*e.A, b, g);
+  loadHalo(topology, I0, b, 0.0, u);
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      const auto [below, above] = faceRows(g, axis, x, y);
+      const double* own = u.row(x, y);
+      const double *low = u.row(x - (axis == 0), y - (axis == 1)),
+                   *high = u.row(x + (axis == 0), y + (axis == 1));
+      float* out = flow + voxelOffset(x, y, 0);
+      for (int z = 0; z < 8; ++z) {
+        const double before = axis == 2 ? u.at(x, y, z - 1) : low[z],
+                     after = axis == 2 ? u.at(x, y, z + 1) : high[z];
+        out[z] =
+            below[z] * static_cast<float>(before - own[z]) + above[z] * static_cast<float>(own[z] - after);
       }
-      upper[n] = static_cast<float>(even + odd);
-      lower[n] = static_cast<float>(even - odd);
     }
-  });
+  if (heads) {
+    const HeadFlow sent(topology, *heads, b);
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y) {
+        const auto [below, above] = faceRows(g, axis, x, y);
+        float* out = flow + voxelOffset(x, y, 0);
+        storeRow(out, loadRow(out) + (sent.below(below, axis, x, y) + sent.above(above, axis, x, y)));
+      }
+  }
+  for (const OpenFace& face : e.open[b]) {
+    if (face.face / 2 != axis) continue;
+    const int n = face.voxel;
+    const bool up = face.face % 2;
+    double value = I0.block(b)[n];
+    if (heads) value += (up ? heads->upper : heads->lower).block(b)[n];
+    flow[n] += static_cast<float>((up ? face.g : -face.g) * value);
+  }
 }
 
-/// The face between a voxel and the one below it along an axis; `above` takes the one above it.
-float faceAt(const BlockFaces& g, int axis, const Coord& p, bool above) {
-  const int x = p[0], y = p[1], z = p[2];
-  if (axis == 0) return g.x[x + above][y][z];
-  if (axis == 1) return g.y[x][y + above][z];
-  return above ? g.above[x][y][z] : g.below[x][y][z];
+/// Adds to b what heads send through the faces along an axis; returns what they send out.
+VDB_DIFFUSE_KERNEL double addHeadsOfBlock(const Equation& e, const FaceHeads& heads, int axis, size_t b,
+                                          float* out) {
+  const Topology& topology = *e.A->topology;
+  BlockFaces g;
+  loadFaces(*e.A, b, g);
+  const HeadFlow sent(topology, heads, b);
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      const auto [below, above] = faceRows(g, axis, x, y);
+      float* to = out + voxelOffset(x, y, 0);
+      storeRow(to, loadRow(to) + (sent.below(below, axis, x, y) - sent.above(above, axis, x, y)));
+    }
+  double sum = 0;
+  for (const OpenFace& face : e.open[b]) {
+    if (face.face / 2 != axis) continue;
+    const double outward = face.g * (face.face % 2 ? heads.upper : heads.lower).block(b)[face.voxel];
+    sum += outward;
+    out[face.voxel] -= static_cast<float>(outward);
+  }
+  return sum;
 }
 
 }  // namespace
@@ -199,25 +175,20 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
   if (settings.walls)
     for (const auto& [block, faces] : *settings.walls)
       for (const WallFace& wall : faces) A->cuts[block].cut[wall.face].setOn(wall.voxel);
+  e.open.resize(topology.blockCount());
   e.floored_voxels = sumOverBlocks<size_t>(topology.blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
     float *r = A->half_resistance.block(b), *sink = A->sink.block(b);
     size_t floored = 0;
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      const double tau = tau_tr * rho[n];
-      floored += tau < vacuum;
+      floored += tau_tr * rho[n] < vacuum;
       const VoxelProfile profile = e.profile(rho[n]);
       r[n] = static_cast<float>(profile.odd * profile.r);
+      sink[n] = static_cast<float>(tau_a * rho[n] / profile.a);
     }
-    OpenFaces open;
-    findOpenFaces(e, b, open);
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
-      const int n = static_cast<int>(it.pos());
-      float sum = static_cast<float>(tau_a * rho[n] / e.profile(rho[n]).a);
-      for (const float* g : open.g) sum += g[n];
-      sink[n] = sum;
-    }
+    e.open[b] = findOpenFaces(e, b);
+    for (const OpenFace& face : e.open[b]) sink[face.voxel] += face.g;
     return floored;
   });
   const double sinks = sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
@@ -240,7 +211,7 @@ VoxelProfile Equation::profile(float rho) const {
 }
 
 void meansOfSolution(const Equation& e, const Medium& medium, Field<double>& x) {
-  if (!scalesMeans(e)) return;
+  if (!e.scalesMeans()) return;
   const Topology& topology = *e.A->topology;
   forEachBlock(topology.blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
@@ -250,16 +221,11 @@ void meansOfSolution(const Equation& e, const Medium& medium, Field<double>& x) 
 
 template <typename T>
 double escapedThrough(const Equation& e, const Medium& medium, const Field<T>& I0) {
-  const Topology& topology = *e.A->topology;
-  const double tau_a = e.optics.sigma_a * e.h;
-  return sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
-    const float *rho = medium.density.values.block(b), *sink = e.A->sink.block(b);
+  return sumOverBlocks<double>(e.open.size(), [&](size_t b) {
+    const float* rho = medium.density.values.block(b);
     double sum = 0;
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
-      const int n = static_cast<int>(it.pos());
-      const double a = e.profile(rho[n]).a;
-      sum += a * (sink[n] - static_cast<float>(tau_a * rho[n] / a)) * I0.block(b)[n];
-    }
+    for (const OpenFace& face : e.open[b])
+      sum += e.profile(rho[face.voxel]).a * face.g * I0.block(b)[face.voxel];
     return sum;
   });
 }
@@ -293,32 +259,11 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
     }
     return sum;
   });
-  Heads heads;
+  FaceHeads heads;
   for (int axis = 0; axis < 3; ++axis) {
-    formHeads(e, medium, beams, nullptr, axis, heads);
-    rhs.drive_out += sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
-      BlockFaces g;
-      OpenFaces open;
-      Halo<float> upper, lower;
-      loadFaces(*e.A, b, g);
-      findOpenFaces(e, b, open);
-      loadHalo(topology, heads.upper, b, 0.0f, upper);
-      loadHalo(topology, heads.lower, b, 0.0f, lower);
-      float* out = rhs.b.block(b);
-      double sum = 0;
-      const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        const int n = static_cast<int>(it.pos());
-        const Coord p = voxelLocal(n);
-        const double up = upper.at(p[0], p[1], p[2]), down = lower.at(p[0], p[1], p[2]);
-        const double in = faceAt(g, axis, p, false) * (upper.at(p[0] - dx, p[1] - dy, p[2] - dz) - down);
-        const double on = faceAt(g, axis, p, true) * (up - lower.at(p[0] + dx, p[1] + dy, p[2] + dz));
-        const double outward = open.g[2 * axis + 1][n] * up + open.g[2 * axis][n] * down;
-        sum += outward;
-        out[n] += static_cast<float>(in - on - outward);
-      }
-      return sum;
-    });
+    formFaceHeads(e, medium, beams, nullptr, axis, heads);
+    rhs.drive_out += sumOverBlocks<double>(
+        topology.blockCount(), [&](size_t b) { return addHeadsOfBlock(e, heads, axis, b, rhs.b.block(b)); });
   }
   rhs.scattered_in = sums.scattered;
   rhs.emitted = sums.emitted;
@@ -328,47 +273,28 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
 void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>& I0, const BeamSource& beams,
                    VectorField* flux, VectorField* slope) {
   const Topology& topology = *e.A->topology;
-  const bool has_heads = beams.Q0 || scalesMeans(e);
+  const bool has_heads = beams.Q0 || e.scalesMeans();
   const double bends = beams.scale * e.optics.source_sigma * e.h;
   const double drive = beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
-  Heads heads;
+  FaceHeads heads;
   for (int axis = 0; axis < 3; ++axis) {
-    if (has_heads) formHeads(e, medium, beams, &I0, axis, heads);
+    if (has_heads) formFaceHeads(e, medium, beams, &I0, axis, heads);
+    const double s = e.stretch[axis];  // conductances are per volume: times s is per area
     forEachBlock(topology.blockCount(), [&](size_t b) {
-      BlockFaces g;
-      OpenFaces open;
-      Halo<double> u;
-      Halo<float> upper, lower;
-      loadFaces(*e.A, b, g);
-      findOpenFaces(e, b, open);
-      loadHalo(topology, I0, b, 0.0, u);
-      if (has_heads) {
-        loadHalo(topology, heads.upper, b, 0.0f, upper);
-        loadHalo(topology, heads.lower, b, 0.0f, lower);
-      } else {
-        clear(upper);
-        clear(lower);
+      alignas(64) float flow[kBlockVoxels];  // through both faces together
+      flowOfBlock(e, I0, has_heads ? &heads : nullptr, axis, b, flow);
+      if (flux) {
+        float* out = (*flux)[axis].block(b);
+        for (int n = 0; n < kBlockVoxels; ++n) out[n] = static_cast<float>(0.5 * s) * flow[n];
       }
-      const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
-      const double s = e.stretch[axis];  // conductances are per volume: times s is per area
+      if (!slope) return;
       const float* rho = medium.density.values.block(b);
       const float* lean = beams.shape ? beams.shape->lean[axis].block(b) : nullptr;
       const float* Q1_flux = beams.Q1_flux ? (*beams.Q1_flux)[axis].block(b) : nullptr;
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
-        const Coord p = voxelLocal(n);
-        const auto at = [&](const auto& f, int step) -> double {
-          return f.at(p[0] + step * dx, p[1] + step * dy, p[2] + step * dz);
-        };
-        const double high = at(u, 0) + at(upper, 0), low = at(u, 0) + at(lower, 0);
-        const double below =
-            faceAt(g, axis, p, false) * (at(u, -1) + at(upper, -1) - low) - open.g[2 * axis][n] * low;
-        const double above =
-            faceAt(g, axis, p, true) * (high - at(u, 1) - at(lower, 1)) + open.g[2 * axis + 1][n] * high;
-        if (flux) (*flux)[axis].block(b)[n] = static_cast<float>(0.5 * s * (below + above));
-        if (!slope) continue;
         const VoxelProfile profile = e.profile(rho[n]);
-        double steep = -profile.slope * s * s * profile.r * (below + above);
+        double steep = -profile.slope * s * s * profile.r * flow[n];
         if (lean) steep += bendOfProfile(profile) * s * s * profile.r * bends * rho[n] * lean[n];
         if (Q1_flux) steep += s * drive * rho[n] * Q1_flux[n];
         (*slope)[axis].block(b)[n] = static_cast<float>(steep);

@@ -64,6 +64,13 @@ struct EquationSettings {
   const std::vector<Surface>* surfaces = nullptr;  ///< whose albedos the walls have
 };
 
+/// A face of a voxel that leads out of the medium, beside an inactive voxel, or to a wall.
+struct OpenFace {
+  uint16_t voxel;  ///< in its block
+  uint8_t face;    ///< Topology::Face
+  float g;         ///< conductance; 0 where a wall lets nothing pass
+};
+
 /// The left-hand side for one channel of a medium; what the right-hand side needs is kept with it.
 struct Equation {
   std::shared_ptr<const Operator> A;  ///< on a times the mean; its half resistances are r_odd
@@ -73,10 +80,13 @@ struct Equation {
   EquationSettings settings;
   int channel = 0;
   double resistance_per_depth = 1.5,
-         least_depth = 0;     ///< r of a transport optical depth, and the least depth
-  size_t floored_voxels = 0;  ///< voxels whose density counts as a vacuum; 0 with a cap
+         least_depth = 0;                   ///< r of a transport optical depth, and the least depth
+  size_t floored_voxels = 0;                ///< voxels whose density counts as a vacuum; 0 with a cap
+  std::vector<std::vector<OpenFace>> open;  ///< by block, sorted by face and voxel
 
   VoxelProfile profile(float rho) const;
+  /// Is the unknown anything but the mean?
+  bool scalesMeans() const { return settings.profile && optics.sigma_a > 0; }
 };
 
 /// \throws InputError where nothing absorbs and nothing escapes: the system is singular

@@ -15,20 +15,13 @@ namespace {
 constexpr double kAside = 0.17;
 constexpr float kMostReturned = 0.98f;  // what is closed more tightly than that leaks by diffusion anyway
 
-/// Voxels of a block whose face looks at one that is not active, with no wall between.
-BlockMask openFaces(const Topology& topology, const Walls& walls, size_t b, int face) {
-  const BlockMask& active = topology.active(b);
-  const int32_t across = topology.neighbours(b)[face];
-  const int axis = face / 2, up = face % 2, stride = 64 >> (3 * axis), shift = 6 - 3 * axis;
-  BlockMask open;
-  for (auto it = active.beginOn(); it; ++it) {
-    const int n = static_cast<int>(it.pos());
-    const bool edge = (n >> shift & 7) == (up ? 7 : 0);
-    const bool next =
-        edge ? across != kNoBlock && topology.active(across).isOn(up ? n - 7 * stride : n + 7 * stride)
-             : active.isOn(up ? n + stride : n - stride);
-    if (!next && !wallAt(walls, b, n, face)) open.setOn(n);
-  }
+/// Faces of a block's voxels beside voxels that are not active, with no wall between.
+std::array<BlockMask, 6> openFaces(const Topology& topology, const Walls& walls, size_t b) {
+  std::array<BlockMask, 6> open = topology.outerFaces(b);
+  if (walls.empty()) return open;
+  const auto list = walls.find(static_cast<int32_t>(b));
+  if (list == walls.end()) return open;
+  for (const WallFace& wall : list->second) open[wall.face].setOff(wall.voxel);
   return open;
 }
 
@@ -93,8 +86,9 @@ FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, co
       turnBlock(tau, turned_tau);
       std::fill_n(entering, kBlockVoxels, 0.0f);
       std::fill_n(leaving, kBlockVoxels, 0.0f);
-      const auto faces = [&](int face) { return RowBits(openFaces(topology, walls, b, face)); };
-      const RowBits open[6] = {faces(0), faces(1), faces(2), faces(3), faces(4), faces(5)};
+      const std::array<BlockMask, 6> masks = openFaces(topology, walls, b);
+      const RowBits open[6] = {RowBits(masks[0]), RowBits(masks[1]), RowBits(masks[2]),
+                               RowBits(masks[3]), RowBits(masks[4]), RowBits(masks[5])};
       Faces plain{tau, {}, light.entering.block(b), light.leaving.block(b), 64, 8};
       Faces turned{turned_tau, {}, entering, leaving, 64, 8};
       for (int face = 0; face < 6; ++face) {
@@ -201,8 +195,8 @@ Field<float> ReturnedLight::factors(double extinction, int channel) const {
     }
   });
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    BlockMask surface = openFaces(topology, walls_, b, 0);
-    for (int face = 1; face < 6; ++face) surface |= openFaces(topology, walls_, b, face);
+    BlockMask surface;
+    for (const BlockMask& open : openFaces(topology, walls_, b)) surface |= open;
     if (surface.isOff()) return;
     const RunningSums entering(topology, light.entering, b), leaving(topology, light.leaving, b),
         smooth_sum(topology, smooth, b);

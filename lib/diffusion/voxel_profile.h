@@ -33,10 +33,12 @@ struct VoxelProfile {
 /// A voxel that light crosses in more decay lengths passes none on: its mean is what its own source makes it.
 constexpr double kMostDecay = 12;
 
+/// Below this k^2 the first two terms of the series in it do: what is left out is below 1e-7.
+constexpr double kSmallDecay = 1e-3;
+
 inline VoxelProfile voxelProfile(double r, double tau_a) {
   const double k2 = 2 * r * tau_a;
-  if (k2 < 1e-3)  // what is left out is below 1e-4
-    return {r, 1 - k2 / 6, 1 - k2 / 12, 1. / 3 - 7 * k2 / 180, 1, 1, 1 - k2 / 10};
+  if (k2 < kSmallDecay) return {r, 1 - k2 / 6, 1 - k2 / 12, 1. / 3 - 7 * k2 / 180, 1, 1, 1 - k2 / 10};
   const double k = std::sqrt(k2), seen = std::min(k, kMostDecay);
   VoxelProfile p;
   p.r = r;

@@ -1,0 +1,179 @@
+#include "diffusion/face_heads.h"
+
+#include <algorithm>
+
+#include "grid/row.h"
+
+namespace vdb_diffuse {
+namespace {
+
+/// How much of what scatters in a block's voxels leaves along each axis, see equation.h.
+class Shares {
+ public:
+  explicit Shares(const std::vector<OpenFace>& faces) {
+    for (auto& share : share_) std::fill_n(share, kBlockVoxels, 1.0f / 3);
+    if (faces.empty()) return;
+    // bits of a voxel's axes: with a face that leads out; with the lower, the upper face shut by a wall
+    uint8_t open[kBlockVoxels] = {}, shut[2][kBlockVoxels] = {};
+    for (const OpenFace& face : faces)
+      (face.g > 0 ? open : shut[face.face % 2])[face.voxel] |= static_cast<uint8_t>(1 << face.face / 2);
+    for (const OpenFace& face : faces) {
+      const int n = face.voxel;
+      const int leave = open[n] ? open[n] : 7 & ~(shut[0][n] & shut[1][n]);
+      for (int a = 0; a < 3; ++a)
+        share_[a][n] = leave >> a & 1 ? 1.0f / static_cast<float>(__builtin_popcount(leave)) : 0.0f;
+    }
+  }
+  const float* along(int axis) const { return share_[axis]; }
+
+ private:
+  alignas(64) float share_[3][kBlockVoxels];
+};
+
+/// What a profile says about heads; `a` as what it lacks to 1, which may be very little.
+template <typename T>
+struct ProfileTerms {
+  T r, one_less_a, even, lean, spread;
+};
+
+/// What drives a voxel: fields at the voxel, those that are not there 0.
+template <typename T>
+struct VoxelDrive {
+  T rho, share, Q0, Q, flux, lean, spread[3], mean;
+};
+
+template <typename T>
+struct HeadPair {
+  T upper, lower;
+};
+
+/// Factors of one channel and axis.
+struct HeadFactors {
+  double s, drive, scatters, glows;
+  int axis;
+  bool shaped;  ///< the equation asks where in the voxel light scatters
+};
+
+template <typename T, typename Number>
+VDB_DIFFUSE_INLINE HeadPair<T> headsOf(const HeadFactors& f, const ProfileTerms<T>& p,
+                                       const VoxelDrive<T>& v) {
+  const auto number = [](double x) { return static_cast<Number>(x); };
+  T even = -p.one_less_a * v.mean, odd = v.rho * v.flux * number(f.drive);
+  if (f.shaped) {
+    // what is absorbed at once leaves nowhere
+    const T part = v.share + (number(1) - v.share) * p.one_less_a;
+    const T along = p.r * number(f.s * f.s), scatters = v.rho * number(f.scatters);
+    const T skin = number(6) * scatters * v.spread[f.axis];  // what scatters beside a face leaves through it
+    const T skins = number(6) * scatters * (v.spread[0] + v.spread[1] + v.spread[2]);
+    const T leaves = part * (scatters * v.Q0 - skins) + skin + v.rho * v.Q * number(f.glows);
+    even += along * (p.even * leaves + p.spread * skin * number(1. / 6));
+    odd += along * p.lean * scatters * v.lean;
+  }
+  return {even + odd, even - odd};
+}
+
+/// Fields of a block; null where there is none.
+struct BlockDrive {
+  const float *rho, *share, *Q0, *Q, *flux, *lean, *spread[3];
+  const double* mean;
+};
+
+VDB_DIFFUSE_INLINE Row rowOf(const float* field, int n) {
+  return field ? loadRow(field + n) : Row{};
+}
+VDB_DIFFUSE_INLINE Row rowOf(const double* field, int n) {
+  Row row{};
+  for (int z = 0; field && z < 8; ++z) row[z] = static_cast<float>(field[n + z]);
+  return row;
+}
+
+VDB_DIFFUSE_KERNEL void headsOfBlock(const Equation& e, const HeadFactors& f, const BlockDrive& block,
+                                     const uint8_t* active, float* upper, float* lower) {
+  const float tau_tr = static_cast<float>(e.optics.sigma_tr * e.h), least = static_cast<float>(e.least_depth),
+              per_depth = static_cast<float>(e.resistance_per_depth),
+              most = static_cast<float>(std::min(e.settings.most_resistance, 1e30)),
+              tau_a = static_cast<float>(e.optics.sigma_a * e.h);
+  const bool profiled = e.settings.profile;
+  for (int row = 0; row < kBlockVoxels / 8; ++row) {
+    const int n = 8 * row;
+    if (!active[row]) {
+      storeRow(upper + n, Row{});
+      storeRow(lower + n, Row{});
+      continue;
+    }
+    const Row rho = loadRow(block.rho + n), depth = rho * tau_tr;
+    Row r = (depth > least ? depth : Row{} + least) * per_depth;
+    r = r < most ? r : Row{} + most;
+    const Row k2 = 2.0f * r * rho * tau_a;
+    float most_k2 = 0;
+    for (int z = 0; z < 8; ++z) most_k2 = std::max(most_k2, k2[z]);
+    HeadPair<Row> heads;
+    if (!profiled || most_k2 < kSmallDecay) {
+      const ProfileTerms<Row> profile{r, k2 * (1.0f / 6), 1.0f / 3 - k2 * (7.0f / 180), Row{} + 1, Row{} + 1};
+      const VoxelDrive<Row> drive{
+          rho,
+          loadRow(block.share + n),
+          rowOf(block.Q0, n),
+          rowOf(block.Q, n),
+          rowOf(block.flux, n),
+          rowOf(block.lean, n),
+          {rowOf(block.spread[0], n), rowOf(block.spread[1], n), rowOf(block.spread[2], n)},
+          rowOf(profiled ? block.mean : nullptr, n)};
+      heads = headsOf<Row, float>(f, profile, drive);
+    } else {
+      for (int z = 0; z < 8; ++z) {
+        const VoxelProfile p = e.profile(rho[z]);
+        const ProfileTerms<double> profile{p.r, 1 - p.a, p.even, p.lean, p.spread};
+        const auto at = [&](const auto* field) { return field ? static_cast<double>(field[n + z]) : 0.0; };
+        const VoxelDrive<double> drive{rho[z],
+                                       block.share[n + z],
+                                       at(block.Q0),
+                                       at(block.Q),
+                                       at(block.flux),
+                                       at(block.lean),
+                                       {at(block.spread[0]), at(block.spread[1]), at(block.spread[2])},
+                                       at(block.mean)};
+        const HeadPair<double> pair = headsOf<double, double>(f, profile, drive);
+        heads.upper[z] = static_cast<float>(pair.upper);
+        heads.lower[z] = static_cast<float>(pair.lower);
+      }
+    }
+    const RowMask on = rowMask(active[row]);
+    storeRow(upper + n, on ? heads.upper : Row{});
+    storeRow(lower + n, on ? heads.lower : Row{});
+  }
+}
+
+}  // namespace
+
+void formFaceHeads(const Equation& e, const Medium& medium, const BeamSource& beams, const Field<double>* I0,
+                   int axis, FaceHeads& heads) {
+  const Topology& topology = *e.A->topology;
+  HeadFactors f;
+  f.axis = axis;
+  f.s = e.stretch[axis];
+  f.drive = 0.5 * f.s * beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
+  f.scatters = beams.scale * e.optics.source_sigma * e.h;
+  f.glows = beams.Q0 && !medium.emission.empty()
+                ? beams.scale * e.optics.sigma_a * e.h * medium.optics.emission_scale
+                : 0;
+  f.shaped = beams.Q0 && e.settings.profile;
+  if (heads.upper.empty()) heads.upper = heads.lower = Field<float>(topology);
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    const Shares shares(e.open[b]);
+    BlockDrive block{};
+    block.rho = medium.density.values.block(b);
+    block.share = shares.along(axis);
+    if (beams.Q0) block.Q0 = beams.Q0->block(b);
+    if (f.glows != 0) block.Q = medium.emission.block(b);
+    if (beams.Q1_flux) block.flux = (*beams.Q1_flux)[axis].block(b);
+    if (beams.shape) {
+      block.lean = beams.shape->lean[axis].block(b);
+      for (int a = 0; a < 3; ++a) block.spread[a] = beams.shape->spread[a].block(b);
+    }
+    if (I0) block.mean = I0->block(b);
+    headsOfBlock(e, f, block, rowBits(topology.active(b)), heads.upper.block(b), heads.lower.block(b));
+  });
+}
+
+}  // namespace vdb_diffuse
