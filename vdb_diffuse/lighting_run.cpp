@@ -96,8 +96,12 @@ Medium LightingFlags::readMedium(const VdbFile& file, const MediumSettings& word
   reading.clamp = clamp;
   Medium medium;
   medium.density = file.readDensity(words.density.value_or(""), reading);
+  file.forget(medium.density.name);  // the bake will want the memory
   medium.optics = opticsOf(words);
-  if (words.emission) medium.emission = file.readOnto(*words.emission, medium.density, reading);
+  if (words.emission) {
+    medium.emission = file.readOnto(*words.emission, medium.density, reading);
+    file.forget(*words.emission);
+  }
   return medium;
 }
 

@@ -40,6 +40,11 @@ double normalisation(const Channels& direct, const Medium& medium, const Channel
 /// Voxels of at most this optical depth scatter a beam evenly; in thicker ones the equation asks where.
 constexpr double kThinVoxel = 0.3;
 
+/// On the tolerance of a solve that sweeps start from: each makes the light anew, and what is left of the
+/// start's residual goes the way of the model's error. At ten times 1e-4 in a cloud of 3 optical depths a
+/// voxel, less than 0.03 % RMS was left after two sweeps.
+constexpr double kLooserStart = 10;
+
 class Diffusion {
  public:
   Diffusion(const Medium& medium, const Scene& scene, const DiffuseSettings& settings)
@@ -136,9 +141,20 @@ class Diffusion {
           std::to_string(equation_->floored_voxels) +
           " voxels are a vacuum to a solve without a mean-free-path cap: their diffusion "
           "coefficient is bounded");
+    if (!settings_.refine)
+      equation_->settings.returned = equation_settings_.returned = nullptr;  // has served
     multigrid_ = std::make_unique<Multigrid>(equation_->A);
     result_.levels = multigrid_->levelCount();
     result_.seconds_setup += now() - start;
+  }
+
+  /// Frees what only the right-hand side, or a flux that is wanted, asks for.
+  void forgetShape(size_t c, BeamSource& beams) {
+    if (settings_.want_flux) return;
+    beams.shape = nullptr;
+    beams.Q1_flux = nullptr;
+    if (!source_.shape.empty()) source_.shape[c] = {};
+    if (!source_.beam_flux.empty()) source_.beam_flux[c] = {};
   }
 
   void solveChannel(size_t c) {
@@ -156,12 +172,17 @@ class Diffusion {
     setUp(c);
     double start = now();
     const RightHandSide rhs = formRightHandSide(*equation_, medium_, beams);
+    if (!settings_.refine) forgetShape(c, beams);
     const std::vector<Field<float>>* second =
         source_.second_moments.empty() ? nullptr : &source_.second_moments[c];
     ChannelSolution channel(*equation_, *multigrid_, beams, second, rhs, occluder_);
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;
+    if (settings_.refine) {
+      solve_settings.tolerance = std::min(kLooserStart * settings_.tolerance, 0.1);
+      solve_settings.balance = 0;
+    }
     solve_settings.max_iterations = settings_.max_iterations;
     solve_settings.progress = settings_.progress;
     const SolveReport report = solve(*multigrid_, rhs.b, channel.I0, solve_settings);

@@ -1,6 +1,7 @@
 #include "io/vdb_reader.h"
 
 #include <openvdb/openvdb.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <map>
@@ -102,15 +103,46 @@ void requireMemory(const std::string& start, uint64_t tree_bytes) {
   throw InputError(start + text);
 }
 
+/// What changes where a file is written to.
+struct FileState {
+  dev_t device = 0;
+  ino_t inode = 0;
+  off_t size = 0;
+  timespec written{};
+
+  explicit FileState(const std::string& path) {
+    struct stat info;
+    if (stat(path.c_str(), &info) != 0) return;  // gone: no file at all
+    device = info.st_dev;
+    inode = info.st_ino;
+    size = info.st_size;
+    written = info.st_mtim;
+  }
+  bool sameFile(const FileState& o) const { return device == o.device && inode == o.inode; }
+  bool unchanged(const FileState& o) const {
+    return size == o.size && written.tv_sec == o.written.tv_sec && written.tv_nsec == o.written.tv_nsec;
+  }
+};
+
 }  // namespace
 
 struct VdbFile::Impl {
   std::string path;
+  FileState opened;
   VdbHeader header;
   std::unique_ptr<openvdb::io::File> file;
   std::vector<GridSummary> grids;
   std::map<std::string, openvdb::GridBase::Ptr> read;
   std::mutex mutex;  // a File has one position for reading
+
+  explicit Impl(const std::string& file_path) : path(file_path), opened(file_path) {}
+
+  /// The bytes that were checked are those that OpenVDB is given.
+  void requireUnchanged() const {
+    const FileState now(path);
+    if (now.sameFile(opened) && !now.unchanged(opened))
+      throw InputError("was changed while it was being read; run again once it is whole");
+  }
 
   /// Runs work on the file and turns whatever it throws into an InputError that names the file.
   template <typename Work>
@@ -152,8 +184,7 @@ struct VdbFile::Impl {
   }
 };
 
-VdbFile::VdbFile(const std::string& path) : impl_(std::make_unique<Impl>()) {
-  impl_->path = path;
+VdbFile::VdbFile(const std::string& path) : impl_(std::make_unique<Impl>(path)) {
   impl_->header = checkVdb(path);
   openvdb::initialize();
   impl_->guarded([&] {
@@ -281,10 +312,16 @@ std::shared_ptr<const openvdb::GridBase> VdbFile::readGrid(const std::string& na
       for (const VdbHeader::Grid& stored : impl_->header.grids)
         if (stored.name == name && impl_->header.has_offsets)
           requireMemory("grid " + name + ": ", stored.tree_bytes);
+      impl_->requireUnchanged();
       grid = impl_->file->readGrid(name);
     }
     return grid;
   });
+}
+
+void VdbFile::forget(const std::string& name) const {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  if (impl_->header.has_offsets) impl_->read.erase(name);
 }
 
 std::vector<std::pair<std::string, std::string>> VdbFile::metadata() const {

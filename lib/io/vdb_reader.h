@@ -61,6 +61,9 @@ class VdbFile {
   Census readCensus(const std::string& name) const;
   /// The grid as OpenVDB reads it.
   std::shared_ptr<const openvdb::GridBase> readGrid(const std::string& name) const;
+  /// Lets go of a grid that has been read, to be read again if it is wanted once more. By then the file may
+  /// have been replaced or removed, since it is still open; one that was changed in its place is refused.
+  void forget(const std::string& name) const;
   /// Copies of the file's own metadata, as text.
   std::vector<std::pair<std::string, std::string>> metadata() const;
 
