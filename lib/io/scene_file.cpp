@@ -1,122 +1,20 @@
 #include "io/scene_file.h"
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <initializer_list>
-#include <numeric>
 
 #include "grid/error.h"
 #include "io/gltf_scene.h"
 #include "io/image.h"
 #include "io/json_file.h"
+#include "io/json_place.h"
 
 namespace vdb_diffuse {
 namespace {
 
-using nlohmann::json;
-
 constexpr size_t kLargestFile = 16 << 20;  // bytes; meshes and images lie in files of their own
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (size_t i = 0; i < a.size(); ++i) {
-    size_t diagonal = row[0]++;
-    for (size_t j = 0; j < b.size(); ++j) {
-      const size_t substitution = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({substitution, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
-
-std::string nearest(const std::string& word, const std::vector<std::string>& known) {
-  const auto best = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-    return editDistance(word, a) < editDistance(word, b);
-  });
-  if (best != known.end() && editDistance(word, *best) <= std::max<size_t>(2, best->size() / 3))
-    return ", did you mean '" + *best + "'?";
-  std::string list = "; known:";
-  for (const std::string& k : known) list += ' ' + k;
-  return list;
-}
-
-/// A value inside the file that knows where it stands, for messages.
-struct Place {
-  const json& value;
-  const std::string& file;
-  std::string at;  // "lights[2].angle"
-
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw InputError(file + ": " + (at.empty() ? "" : at + ": ") + what);
-  }
-  [[noreturn]] void refuseType(const std::string& expected) const {
-    std::string found = value.dump(-1, ' ', true, json::error_handler_t::replace);
-    if (found.size() > 40) found = found.substr(0, 37) + "...";
-    refuse("expected " + expected + ", found " + found);
-  }
-  bool has(const char* key) const { return value.contains(key); }
-  Place operator[](const std::string& key) const {
-    return {value[key], file, at.empty() ? key : at + "." + key};
-  }
-  Place operator[](size_t i) const { return {value[i], file, at + "[" + std::to_string(i) + "]"}; }
-
-  void onlyKeys(const std::vector<std::string>& known) const {
-    if (!value.is_object()) refuseType("an object { }");
-    for (const auto& item : value.items())
-      if (std::find(known.begin(), known.end(), item.key()) == known.end())
-        refuse("unknown key '" + printable(item.key()) + "'" + nearest(item.key(), known));
-  }
-  void needs(std::initializer_list<const char*> keys) const {
-    for (const char* key : keys)
-      if (!has(key)) refuse("needs '" + std::string(key) + "'");
-  }
-
-  std::string text() const {
-    if (!value.is_string()) refuseType("a text");
-    return value.get<std::string>();
-  }
-  double number(double lowest = -HUGE_VAL, double highest = HUGE_VAL) const {
-    if (!value.is_number()) refuseType("a number");
-    const double x = value.get<double>();
-    if (!std::isfinite(x)) refuse("not finite");
-    if (x < lowest || x > highest) {
-      const auto shown = [](double v) { return json(v).dump(); };
-      refuse(shown(x) + (highest == HUGE_VAL ? " is less than " + shown(lowest)
-                                             : " is not from " + shown(lowest) + " to " + shown(highest)));
-    }
-    return x;
-  }
-  Vec3d vector() const {
-    if (!value.is_array() || value.size() != 3) refuseType("three numbers [x, y, z]");
-    return Vec3d((*this)[size_t(0)].number(), (*this)[size_t(1)].number(), (*this)[size_t(2)].number());
-  }
-  Vec3d direction() const {
-    const Vec3d v = vector();
-    const double scale = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-    if (scale == 0) refuse("a direction cannot be zero");
-    return (v / scale).unit();  // first to about 1, as a square may underflow or overflow
-  }
-  Vec3d rgb(double highest = HUGE_VAL) const {
-    if (value.is_number()) return Vec3d(number(0, highest));
-    if (!value.is_array() || value.size() != 3) refuseType("a number or three [r, g, b]");
-    return Vec3d((*this)[size_t(0)].number(0, highest), (*this)[size_t(1)].number(0, highest),
-                 (*this)[size_t(2)].number(0, highest));
-  }
-  Vec3d rgbOr(const char* key, double fallback, double highest = HUGE_VAL) const {
-    return has(key) ? (*this)[key].rgb(highest) : Vec3d(fallback);
-  }
-  double numberOr(const char* key, double fallback, double lowest, double highest) const {
-    return has(key) ? (*this)[key].number(lowest, highest) : fallback;
-  }
-  std::string pathIn(const char* key) const {
-    return (std::filesystem::path(file).parent_path() / (*this)[key].text()).string();
-  }
-  std::string name() const { return has("name") ? (*this)["name"].text() : ""; }
-};
+using Place = JsonPlace;
 
 MediumSettings mediumOf(const Place& medium) {
   medium.onlyKeys({"density", "sigma_s", "sigma_a", "sigma_t", "albedo", "g", "emission", "emission_scale"});
@@ -183,7 +81,7 @@ Light lightOf(const Place& light, Up up) {
     return dome;
   }
   light["type"].refuse("unknown light '" + printable(type) + "'" +
-                       nearest(type, {"sun", "point", "spot", "area", "dome"}));
+                       didYouMean(type, {"sun", "point", "spot", "area", "dome"}));
 }
 
 Surface surfaceOf(const Place& surface, Up up) {
@@ -208,7 +106,7 @@ SceneFile readSceneFile(const std::string& path, Up up) {
   if (extension == ".gltf" || extension == ".glb") return {{}, readGltfScene(path, up)};
   if (extension != ".json") throw InputError(path + ": scenes are read from .json, .gltf and .glb files");
 
-  const json parsed = parseJson(readWholeFile(path, kLargestFile), path);
+  const nlohmann::json parsed = parseJson(readWholeFile(path, kLargestFile), path);
   const Place root{parsed, path, ""};
   root.onlyKeys({"medium", "lights", "surfaces"});
   SceneFile file;
