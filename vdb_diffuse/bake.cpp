@@ -1,24 +1,14 @@
+#include "bake.h"
+
 #include <cmath>
 #include <iostream>
-#include <memory>
+#include <sstream>
 
-#include "commands.h"
-#include "example.h"
 #include "io/free_memory.h"
-#include "lighting_run.h"
-#include "stats.h"
 #include "transport/illuminate.h"
 
 namespace vdb_diffuse {
 namespace {
-
-struct BakeFlags : LightingFlags {
-  std::string method = "multigrid", model = "default", cap = "auto";
-  double tolerance = 1e-4;
-  std::optional<int> sweeps;
-  std::optional<double> error;
-  bool exact_shadows = false;
-};
 
 constexpr int kMostSweeps = 16;  // of a bake that sweeps until its error is small enough
 
@@ -75,23 +65,6 @@ Metadata settingsOf(const BakeFlags& flags, const Medium& medium, const MediumSe
   return m;
 }
 
-std::vector<OutputGrid> outputGrids(const BakeFlags& flags, const Medium& medium, const Metadata& metadata,
-                                    DiffuseResult& result) {
-  std::vector<OutputGrid> grids;
-  Channels source;
-  if (flags.wants("source")) source = sourceField(medium, result.direct);
-  if (flags.wants("diffuse")) grids.push_back({"diffuse", "W/m^2/sr", std::move(result.diffuse), metadata});
-  if (flags.wants("direct")) grids.push_back({"direct", "W/m^2/sr", std::move(result.direct), metadata});
-  if (flags.wants("flux")) {
-    Channels components;
-    for (Field<float>& component : result.flux) components.push_back(std::move(component));
-    grids.push_back({"flux", "W/m^2", std::move(components), metadata});
-  }
-  if (flags.wants("source"))
-    grids.push_back({"source", "W/m^2/sr per unit length", std::move(source), metadata});
-  return grids;
-}
-
 std::string errorOf(const DiffuseResult& result) {
   if (!result.estimated_error) return "";
   char text[80];
@@ -100,27 +73,58 @@ std::string errorOf(const DiffuseResult& result) {
   return text;
 }
 
-void run(const BakeFlags& flags, ExitStatus& status) {
-  const double start = now();
+/// Flags that contradict each other or are out of range, before any file is opened.
+void checkFlags(const BakeFlags& flags, const ModelSettings& model) {
   if (!(flags.tolerance > 0 && flags.tolerance < 1))
     throw UsageError("--tolerance: a number between 0 and 1 is needed");
   if (flags.error && !(*flags.error > 0 && *flags.error < 1))
     throw UsageError("--error: a number between 0 and 1 is needed; 0.05 is 5 %");
-  flags.check();
-  const ModelSettings model = modelOf(flags);
   if (model.model == Model::kPaper && (flags.sweeps.value_or(0) > 0 || flags.error))
     throw UsageError(
         "--model paper: the printed equations lose energy, and no sweep can start from them; use "
         "--model default or p1");
-  const SceneFile scene = flags.scene.resolve();
-  const auto limit = flags.limitThreads();
-  const Progress progress = makeProgress(flags.progress);
-  if (progress) progress("read", 0);
+}
 
-  BakeStats stats;
+std::string errorNotReached(const DiffuseResult& result, double wanted) {
+  char line[160];
+  std::snprintf(
+      line, sizeof line,
+      "the estimated error is %.2g after %d sweeps, above --error %.2g: finer voxels may help, more "
+      "sweeps will not",
+      *result.estimated_error, result.sweeps, wanted);
+  return line;
+}
+
+/// What each step took, for --log info.
+void logSteps(const Log& log, const Baked& baked) {
+  const auto step = [&](const std::string& name, double seconds, const std::string& what) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.3f s", seconds);
+    log.info(name + ": " + text + (what.empty() ? "" : ", " + what));
+  };
+  const DiffuseResult& result = baked.result;
+  step("read", baked.stats.read,
+       baked.file.path() + ": grid " + baked.medium.density.name + ", " +
+           std::to_string(baked.stats.active_voxels) + " active voxels");
+  step("source", result.seconds_source, "");
+  step("setup", result.seconds_setup, std::to_string(result.levels) + " levels");
+  step("solve", result.seconds_solve, std::to_string(result.iterations) + " iterations");
+  step("sweeps", result.seconds_sweeps, std::to_string(result.sweeps));
+  step("write", baked.stats.write, "");
+}
+
+}  // namespace
+
+Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress& progress) {
+  const double start = now();
+  const ModelSettings model = modelOf(flags);
+  checkFlags(flags, model);
+  if (progress) progress("read", 0);
+  Baked baked{VdbFile(flags.input), scene.medium, {}, {}, {}};
+  Medium& medium = baked.medium;
+  BakeStats& stats = baked.stats;
+  medium = flags.readMedium(baked.file, scene.medium);
   stats.threads = flags.threadCount();
-  const VdbFile file(flags.input);
-  const Medium medium = flags.readMedium(file, scene.medium);
   stats.active_voxels = medium.topology().activeVoxelCount();
   stats.voxel_size = medium.transform().meanVoxelSize();
   stats.read = now() - start;
@@ -137,100 +141,112 @@ void run(const BakeFlags& flags, ExitStatus& status) {
                                                                             : 0);
   transport.error = flags.error;
   checkMemory(flags.input, medium, settings.want_flux, transport.sweeps > 0);
-  DiffuseResult result;
+  DiffuseResult& result = baked.result;
   try {
     result = illuminate(medium, scene.scene, settings, transport);
   } catch (const InputError& error) {  // which knows no files
     throw InputError(flags.input + ": " + error.what());
   }
-  if (flags.error && result.estimated_error && *result.estimated_error > *flags.error) {
-    char line[160];
-    std::snprintf(
-        line, sizeof line,
-        "the estimated error is %.2g after %d sweeps, above --error %.2g: finer voxels may help, more "
-        "sweeps will not",
-        *result.estimated_error, result.sweeps, *flags.error);
-    result.warnings.push_back(line);
-  }
+  if (flags.error && result.estimated_error && *result.estimated_error > *flags.error)
+    result.warnings.push_back(errorNotReached(result, *flags.error));
   if (stats.active_voxels == 0) result.warnings.push_back("the density has no active voxels");
+  return baked;
+}
+
+std::vector<OutputGrid> outputGrids(const BakeFlags& flags, Baked& baked) {
+  DiffuseResult& result = baked.result;
+  const Metadata metadata = settingsOf(flags, baked.medium, baked.words, result);
+  std::vector<OutputGrid> grids;
+  Channels source;
+  if (flags.wants("source")) source = sourceField(baked.medium, result.direct);
+  if (flags.wants("diffuse")) grids.push_back({"diffuse", "W/m^2/sr", std::move(result.diffuse), metadata});
+  if (flags.wants("direct")) grids.push_back({"direct", "W/m^2/sr", std::move(result.direct), metadata});
+  if (flags.wants("flux")) {
+    Channels components;
+    for (Field<float>& component : result.flux) components.push_back(std::move(component));
+    grids.push_back({"flux", "W/m^2", std::move(components), metadata});
+  }
+  if (flags.wants("source"))
+    grids.push_back({"source", "W/m^2/sr per unit length", std::move(source), metadata});
+  return grids;
+}
+
+ExitStatus bakeFrame(const BakeFlags& flags, const std::string& json_fields) {
+  const double start = now();
+  checkFlags(flags, modelOf(flags));
+  flags.check();
+  const SceneFile scene = flags.scene.resolve();
+  Progress progress = makeProgress(flags.progress, json_fields);
+  Baked baked = lightVolume(flags, scene, progress);
+  DiffuseResult& result = baked.result;
+  BakeStats& stats = baked.stats;
 
   const double write_start = now();
   if (progress) progress("write", 0);
-  const Metadata metadata = settingsOf(flags, medium, scene.medium, result);
-  const WriteReport written = flags.write(file, medium, outputGrids(flags, medium, metadata, result));
+  const WriteReport written = flags.write(baked.file, baked.medium, outputGrids(flags, baked));
   result.warnings.insert(result.warnings.end(), written.warnings.begin(), written.warnings.end());
   stats.write = now() - write_start;
   stats.total = now() - start;
   if (!flags.stats.empty()) writeStats(flags.stats, stats, result);
+  progress = {};  // the bar goes, and lines of text may come
 
-  for (const std::string& warning : result.warnings)
-    std::cerr << "vdb_diffuse bake: warning: " << warning << "\n";
+  const Log log = flags.progress.logOf("bake");
+  logSteps(log, baked);
+  for (const std::string& warning : result.warnings) log.warning(warning);
   if (!flags.progress.quiet)
     std::cout << flags.output << ": " << stats.active_voxels << " voxels, " << result.iterations
               << " iterations, residual " << result.relative_residual << ", energy closes to "
               << std::abs(result.energy.closure()) << errorOf(result) << ", " << stats.total << " s\n";
-  if (!result.converged) {
-    std::cerr << "vdb_diffuse bake: " << flags.input << ": the solve stopped after " << result.iterations
-              << " iterations at a residual of " << result.relative_residual << ", above the tolerance "
-              << flags.tolerance << "; the output is written and says so\n";
-    status = ExitStatus::kNotConverged;
-  }
+  if (result.converged) return ExitStatus::kDone;
+  std::ostringstream line;
+  line << flags.input << ": the solve stopped after " << result.iterations << " iterations at a residual of "
+       << result.relative_residual << ", above the tolerance " << flags.tolerance
+       << "; the output is written and says so";
+  log.error(line.str());
+  return ExitStatus::kNotConverged;
 }
 
-}  // namespace
-
-void addBake(CLI::App& program, ExitStatus& status) {
-  CLI::App* command =
-      program.add_subcommand("bake", "First scatter and diffusion: lighting grids for a volume");
-  const auto flags = std::make_shared<BakeFlags>();
-  flags->addInputTo(*command);
-  const std::string method = "Method";
-  command->add_option("--method", flags->method, "multigrid")
+void BakeFlags::addMethodTo(CLI::App& command) {
+  const std::string group = "Method";
+  command.add_option("--method", method, "multigrid")
       ->check(CLI::IsMember({"multigrid"}))
-      ->group(method)
+      ->group(group)
       ->capture_default_str();
   command
-      ->add_option("--model", flags->model,
-                   "default: P1 with returned light, staircase area factor, mean-free-path cap and "
-                   "delta-Eddington; p1: none of "
-                   "them; paper: as Stam (1995) prints it")
+      .add_option("--model", model,
+                  "default: P1 with returned light, staircase area factor, mean-free-path cap and "
+                  "delta-Eddington; p1: none of "
+                  "them; paper: as Stam (1995) prints it")
       ->check(CLI::IsMember({"default", "p1", "paper"}))
-      ->group(method)
+      ->group(group)
       ->capture_default_str();
   command
-      ->add_option(
-          "--mean-free-path-cap", flags->cap,
+      .add_option(
+          "--mean-free-path-cap", cap,
           "Longest path that light takes between scatterings, world units; auto: 0.5 times the cube root of "
           "the active volume with the default model, else none")
       ->type_name("L|auto|none")
-      ->group(method)
+      ->group(group)
       ->capture_default_str();
   command
-      ->add_option(
-          "--sweeps", flags->sweeps,
-          "Transport sweeps after the diffusion solve: each buys a smaller error for more time; 0 is "
-          "diffusion alone (default: 2; with --error at most 16; 0 for other models)")
+      .add_option("--sweeps", sweeps,
+                  "Transport sweeps after the diffusion solve: each buys a smaller error for more time; 0 is "
+                  "diffusion alone (default: 2; with --error at most 16; 0 for other models)")
       ->type_name("K")
       ->check(CLI::Range(0, 100))
-      ->group(method);
+      ->group(group);
   command
-      ->add_option(
-          "--error", flags->error,
-          "Sweep until the estimated error is at most this: 0.05 is 5 %, RMS on blocks of 4^3 voxels")
+      .add_option("--error", error,
+                  "Sweep until the estimated error is at most this: 0.05 is 5 %, RMS on blocks of 4^3 voxels")
       ->type_name("V")
-      ->group(method);
-  command->add_option("--tolerance", flags->tolerance, "Of the solve, on the scaled residual")
-      ->group(method)
+      ->group(group);
+  command.add_option("--tolerance", tolerance, "Of the solve, on the scaled residual")
+      ->group(group)
       ->capture_default_str();
   command
-      ->add_flag("--exact-shadows", flags->exact_shadows,
-                 "March from every voxel to every light, slowly, instead of sweeping along each direction")
-      ->group(method);
-  flags->addOutputTo(*command, "density,diffuse,direct,flux,source", "density,diffuse,direct",
-                     "JSON file with times, memory, residual and energy");
-  setExample(command,
-             "vdb_diffuse bake cloud.vdb -o lit.vdb --sun 1,0.5,-1 --sun-irradiance 3 --env 0.3 --g 0.6");
-  command->callback([flags, &status] { run(*flags, status); });
+      .add_flag("--exact-shadows", exact_shadows,
+                "March from every voxel to every light, slowly, instead of sweeping along each direction")
+      ->group(group);
 }
 
 }  // namespace vdb_diffuse

@@ -37,7 +37,13 @@ bool LightingFlags::wants(const std::string& grid) const {
 void LightingFlags::addInputTo(CLI::App& command) {
   command.add_option("IN.vdb", input, "Volume with a density grid")->required();
   command.add_option("-o,--output", output, "VDB file to write")->required();
+  addVolumeTo(command);
   scene.addTo(command);
+}
+
+void LightingFlags::addVolumeTo(CLI::App& command) {
+  command.add_flag("--clamp", clamp, "Take densities that are not finite or negative as 0, not as an error")
+      ->group("Volume");
 }
 
 void LightingFlags::addOutputTo(CLI::App& command, const std::string& all_grids, const std::string& defaults,
@@ -46,8 +52,6 @@ void LightingFlags::addOutputTo(CLI::App& command, const std::string& all_grids,
   all_grids_ = namesIn(all_grids);
   grids = namesIn(defaults);
   command.add_option("--threads", threads, "At most this many; default all")->group(method);
-  command.add_flag("--clamp", clamp, "Take densities that are not finite or negative as 0, not as an error")
-      ->group(method);
   command.add_option("--grids", grids, "Of " + all_grids)
       ->delimiter(',')
       ->type_name("NAME,...")
@@ -82,7 +86,7 @@ void LightingFlags::check() const {
 }
 
 std::unique_ptr<tbb::global_control> LightingFlags::limitThreads() const {
-  if (threads == 0) return nullptr;
+  if (threads <= 0) return nullptr;
   return std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, threads);
 }
 

@@ -25,8 +25,11 @@ struct LightingFlags {
 
   bool wants(const std::string& grid) const;
 
-  /// IN.vdb, -o and the scene's flags; then the command's own; then these.
+  /// IN.vdb, -o and the scene's flags; then the command's own; then
+  /// addOutputTo.
   void addInputTo(CLI::App& command);
+  /// How the volume is read.
+  void addVolumeTo(CLI::App& command);
   /// \param all_grids   comma-separated, what --grids chooses from
   /// \param defaults    likewise, what it chooses unless given
   void addOutputTo(CLI::App& command, const std::string& all_grids, const std::string& defaults,

@@ -5,6 +5,7 @@
 #include "example.h"
 #include "grid/spelling.h"
 #include "interrupt.h"
+#include "log.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -13,11 +14,7 @@ int report(const std::string& command, std::string what, ExitStatus status) {
   const std::string largest = std::to_string(std::numeric_limits<double>::max());  // CLI11's "no upper limit"
   if (const size_t at = what.find(largest); at != std::string::npos)
     what.replace(at, largest.size(), "infinity");
-  for (char& c : what)  // names from a file may hold anything, and the error is one line of text
-    if (static_cast<unsigned char>(c) < ' ' || c == 127) c = ' ';
-  while (!what.empty() && what.back() == ' ') what.pop_back();
-  std::cout.flush();
-  std::cerr << "vdb_diffuse" << (command.empty() ? "" : " " + command) << ": " << what << std::endl;
+  Log(command).error(what);
   return static_cast<int>(status);
 }
 

@@ -126,7 +126,7 @@ void run(const ReferenceFlags& flags) {
   if (!flags.stats.empty()) writeReferenceStats(flags, medium, result, times);
 
   for (const std::string& warning : result.warnings)
-    std::cerr << "vdb_diffuse reference: warning: " << warning << "\n";
+    flags.progress.logOf("reference").warning(warning);
   if (!flags.progress.quiet)
     std::cout << flags.output << ": " << medium.topology().activeVoxelCount() << " voxels, " << result.samples
               << " paths, noise " << 100 * result.noise << " % per voxel, " << times.total << " s\n";

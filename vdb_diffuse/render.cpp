@@ -126,7 +126,7 @@ void run(const RenderFlags& flags) {
 
   std::vector<std::string> warnings;
   const LitVolume lit = readLitVolume(flags.input, job.lit, warnings);
-  for (const std::string& warning : warnings) std::cerr << "vdb_diffuse: warning: " << warning << "\n";
+  for (const std::string& warning : warnings) flags.progress.logOf("render").warning(warning);
   const Camera camera(job.view, outline(lit.medium.density));
   const Picture picture = render(lit, camera, job.settings, makeProgress(flags.progress));
   const std::string note = writePicture(flags.output, job, picture, lit.medium.optics);

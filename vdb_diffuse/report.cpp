@@ -233,7 +233,7 @@ void run(const ReportFlags& flags, ExitStatus& status) {
                    {folder.file("report.svg"), drawChart(chart, PictureFormat::kSvg)},
                    {folder.file("report.png"), drawChart(chart, PictureFormat::kPng)}});
 
-  for (const std::string& warning : warnings) std::cerr << "vdb_diffuse report: warning: " << warning << "\n";
+  for (const std::string& warning : warnings) flags.progress.logOf("report").warning(warning);
   if (!flags.progress.quiet) {
     std::cout << reportTable(rows, flags.block);
     const std::string verdict = reportVerdict(rows, flags.block);

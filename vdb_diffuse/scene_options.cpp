@@ -126,6 +126,14 @@ void SceneOptions::addTo(CLI::App& app) {
   add("--up", up, "y|z", "The volume's axis that points up: glTF files are turned to it (default z)");
 }
 
+std::vector<std::string*> SceneOptions::paths() {
+  std::vector<std::string*> names;
+  if (scene) names.push_back(&*scene);
+  if (env && !numbersIn(*env)) names.push_back(&*env);
+  for (std::string& occluder : occluders) names.push_back(&occluder);
+  return names;
+}
+
 SceneFile SceneOptions::resolve() const {
   if (up != "y" && up != "z") refuseWord("--up", up, "must be y or z");
   const Up axis = up == "y" ? Up::kY : Up::kZ;

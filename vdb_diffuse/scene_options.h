@@ -27,6 +27,9 @@ struct SceneOptions {
   /// Only the flags of the medium.
   void addMediumTo(CLI::App& app, MediumDefaults defaults = MediumDefaults::kUsual);
 
+  /// The names of files among them.
+  std::vector<std::string*> paths();
+
   /// Reads the scene file, meshes and images, and lays the flags over them.
   /// \throws UsageError naming flag and value; InputError from the files
   SceneFile resolve() const;

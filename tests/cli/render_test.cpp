@@ -123,7 +123,7 @@ TEST_F(RenderCommand, WhatIsMissingButNotNeededIsAWarning) {
   write(kDensity, constant("diffuse", {1}, stored), constant("direct", {1}));
   const Outcome outcome = run("--size 8x8 -o " + png_);
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_NE(outcome.error.find("vdb_diffuse: warning: " + lit_ + ": no grid flux"), std::string::npos);
+  EXPECT_NE(outcome.error.find("vdb_diffuse render: warning: " + lit_ + ": no grid flux"), std::string::npos);
   EXPECT_NE(outcome.error.find("bake with --keep flame"), std::string::npos) << outcome.error;
 }
 
