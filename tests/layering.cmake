@@ -13,6 +13,7 @@ set(plot_uses grid)
 set(render_uses grid medium scene)
 set(vdb_uses grid)
 set(io_uses grid medium scene vdb)
+set(check_uses grid io plot)
 set(sequence_uses grid)
 set(report_uses grid medium scene diffusion transport reference plot)
 

@@ -9,6 +9,7 @@ namespace vdb_diffuse {
 /// Each adds its subcommand with its flags to the program. The subcommand's callback does the work, throws
 /// `Error` where it cannot, and sets `status` where the outcome is neither success nor an exception.
 void addBake(CLI::App& program, ExitStatus& status);
+void addCheck(CLI::App& program, ExitStatus& status);
 void addCompare(CLI::App& program, ExitStatus& status);
 void addInfo(CLI::App& program, ExitStatus& status);
 void addMake(CLI::App& program, ExitStatus& status);

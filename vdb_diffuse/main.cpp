@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   ExitStatus status = ExitStatus::kDone;
   program.require_subcommand(0, 1);
   addBake(program, status);
+  addCheck(program, status);
   addCompare(program, status);
   addInfo(program, status);
   addMake(program, status);

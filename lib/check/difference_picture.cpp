@@ -1,0 +1,157 @@
+#include "check/difference_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "plot/canvas.h"
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr int kPanel = 480;  // pixels to a side, at most
+constexpr int kMargin = 24, kHeader = 96, kFooter = 84, kBar = 14;
+constexpr Colour kInk{0.15, 0.15, 0.15};
+
+using Map = std::array<Colour, 5>;
+/// Dark to bright, growing in lightness throughout, so that it reads without colours as well.
+constexpr Map kLight{
+    {{0.05, 0.05, 0.12}, {0.25, 0.15, 0.45}, {0.72, 0.25, 0.40}, {0.97, 0.60, 0.25}, {1, 0.98, 0.80}}};
+/// Darker, equal, brighter.
+constexpr Map kDifference{
+    {{0.10, 0.25, 0.60}, {0.50, 0.65, 0.90}, {0.96, 0.96, 0.96}, {0.93, 0.55, 0.45}, {0.65, 0.08, 0.15}}};
+
+Colour colourOf(const Map& map, double share) {
+  if (!std::isfinite(share)) return {0, 0.8, 0};
+  const double x = std::clamp(share, 0.0, 1.0) * (map.size() - 1);
+  const size_t n = std::min(static_cast<size_t>(x), map.size() - 2);
+  const double t = x - static_cast<double>(n);
+  const auto mix = [&](double a, double b) { return a + t * (b - a); };
+  return {mix(map[n].red, map[n + 1].red), mix(map[n].green, map[n + 1].green),
+          mix(map[n].blue, map[n + 1].blue)};
+}
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+double largest(const std::vector<float>& values) {
+  double most = 0;
+  for (const float v : values)
+    if (std::isfinite(v)) most = std::max(most, static_cast<double>(std::abs(v)));
+  return most;
+}
+
+int worstComponent(const GridValues& stored, const GridValues& now, const Coord& worst) {
+  const size_t count = std::max(stored.channels.size(), now.channels.size());
+  SlicePlane point;
+  point.lowest = point.highest = worst;
+  int found = 0;
+  double most = -1;
+  for (size_t c = 0; c < count; ++c) {
+    const int component = static_cast<int>(c);
+    const double d =
+        std::abs(sliceValues(now, component, point)[0] - sliceValues(stored, component, point)[0]);
+    if (d > most) {
+      most = d;
+      found = component;
+    }
+  }
+  return found;
+}
+
+/// Squares of `side` pixels, each for one voxel or, of many, for the worst of `stride` x `stride`.
+struct Raster {
+  int width, height, side, stride;
+
+  explicit Raster(const SlicePlane& plane) : width(plane.width()), height(plane.height()) {
+    stride = std::max(1, (std::max(width, height) + kPanel - 1) / kPanel);
+    side = std::max(1, kPanel * stride / std::max(width, height));
+    side = stride > 1 ? 1 : std::min(side, kPanel / 8);  // a few voxels need no sheet full of squares
+  }
+  int columns() const { return (width + stride - 1) / stride; }
+  int rows() const { return (height + stride - 1) / stride; }
+
+  /// The voxel, of those under a square, whose difference is largest.
+  size_t pick(int column, int row, const std::vector<float>& difference) const {
+    size_t best = static_cast<size_t>(row) * stride * width + static_cast<size_t>(column) * stride;
+    for (int v = row * stride; v < std::min(height, (row + 1) * stride); ++v)
+      for (int u = column * stride; u < std::min(width, (column + 1) * stride); ++u) {
+        const size_t i = static_cast<size_t>(v) * width + u;
+        if (std::abs(difference[i]) > std::abs(difference[best])) best = i;
+      }
+    return best;
+  }
+};
+
+std::vector<Point> corners(const Box& box) {
+  return {{box.left, box.top}, {box.right(), box.top}, {box.right(), box.bottom()}, {box.left, box.bottom()}};
+}
+
+void drawBar(Canvas& canvas, const Box& box, const Map& map, const std::string& low,
+             const std::string& high) {
+  for (int x = 0; x < static_cast<int>(box.width); ++x)
+    canvas.area(corners({box.left + x, box.top, 1, box.height}), colourOf(map, (x + 0.5) / box.width));
+  TextStyle style{14, kInk};
+  canvas.text(low, {box.left, box.bottom() + 18}, style);
+  style.x = AlignX::kRight;
+  canvas.text(high, {box.right(), box.bottom() + 18}, style);
+}
+
+}  // namespace
+
+std::string differencePicture(const GridValues& stored, const GridValues& now, const Coord& worst,
+                              const DifferenceWords& words) {
+  const SlicePlane plane = sliceThrough(worst, *stored.topology, *now.topology);
+  const int component = worstComponent(stored, now, worst);
+  const std::vector<float> a = sliceValues(stored, component, plane), b = sliceValues(now, component, plane);
+  std::vector<float> d(a.size());
+  for (size_t i = 0; i < d.size(); ++i) d[i] = b[i] - a[i];
+  const double brightest = std::max(largest(a), largest(b)), apart = largest(d);
+
+  const Raster raster(plane);
+  const int wide = raster.columns() * raster.side, high = raster.rows() * raster.side;
+  const int column = std::max(wide, 220);  // room for words over a narrow slice
+  Canvas canvas(PictureFormat::kPng, 3 * column + 4 * kMargin, high + kHeader + kFooter);
+  canvas.text(words.title, {kMargin, 32}, TextStyle{20, kInk, true});
+  canvas.text(words.subtitle, {kMargin, 56}, TextStyle{14, kInk});
+
+  const char axes[] = "xyz";
+  const std::string place = std::string(" (") + axes[plane.normal] + " = " +
+                            std::to_string(worst[plane.normal] * words.block) + ", " + axes[plane.right] +
+                            " right, " + axes[plane.up] + " up)";
+  const char* components[] = {"", "", ""};
+  const char* coloured[] = {", first component", ", second component", ", third component"};
+  const bool several = std::max(stored.channels.size(), now.channels.size()) > 1;
+  const std::string titles[] = {
+      "stored" + place, std::string("now") + (several ? coloured : components)[component], "now - stored"};
+  for (int panel = 0; panel < 3; ++panel) {
+    const double left = kMargin + panel * (column + kMargin);
+    canvas.text(titles[panel], {left, kHeader - 12}, TextStyle{14, kInk});
+    for (int row = 0; row < raster.rows(); ++row)
+      for (int n = 0; n < raster.columns(); ++n) {
+        const size_t i = raster.pick(n, row, d);
+        const Colour colour = panel == 2
+                                  ? colourOf(kDifference, apart > 0 ? 0.5 + 0.5 * d[i] / apart : 0.5)
+                                  : colourOf(kLight, brightest > 0 ? (panel == 0 ? a : b)[i] / brightest : 0);
+        canvas.area(corners({left + n * raster.side, static_cast<double>(kHeader + row * raster.side),
+                             static_cast<double>(raster.side), static_cast<double>(raster.side)}),
+                    colour);
+      }
+    const double x = left + (worst[plane.right] - plane.lowest[plane.right]) / raster.stride * raster.side;
+    const double y = kHeader + (plane.highest[plane.up] - worst[plane.up]) / raster.stride * raster.side;
+    std::vector<Point> frame = corners({x - 3, y - 3, raster.side + 6.0, raster.side + 6.0});
+    frame.push_back(frame[0]);
+    canvas.line(frame, {{0, 0.62, 0.45}, 2});
+  }
+  const double bar = kHeader + high + 16;
+  drawBar(canvas, {kMargin, bar, 2.0 * column + kMargin, kBar}, kLight, "0", number(brightest));
+  drawBar(canvas, {2.0 * column + 3 * kMargin, bar, static_cast<double>(column), kBar}, kDifference,
+          number(-apart), number(apart));
+  return canvas.finish();
+}
+
+}  // namespace vdb_diffuse
