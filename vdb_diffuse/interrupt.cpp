@@ -1,6 +1,7 @@
 #include "interrupt.h"
 
 #include <signal.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -14,10 +15,27 @@ namespace {
 std::atomic<bool> interrupted{false};  // the one state that a signal handler can share with the work
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void onInterrupt(int) {
-  if (!interrupted.exchange(true)) return;
+timer_t grace;
+bool has_grace = false;
+constexpr long kGraceNanoseconds = 500'000'000;
+
+/// Ends the process at once, whatever its threads are doing: no file of theirs is in its place yet.
+void endNow() {
   removeTemporaryFiles();
+  constexpr char kLine[] = "vdb_diffuse: interrupted\n";
+  (void)!::write(STDERR_FILENO, kLine, sizeof kLine - 1);
   ::_exit(static_cast<int>(ExitStatus::kInterrupted));
+}
+
+void onInterrupt(int) {
+  if (interrupted.exchange(true) || !has_grace) endNow();
+  itimerspec time{};
+  time.it_value.tv_nsec = kGraceNanoseconds;
+  ::timer_settime(grace, 0, &time, nullptr);
+}
+
+void onEndOfGrace(int) {
+  endNow();
 }
 
 void onTerminate(int signal) {
@@ -29,6 +47,11 @@ void onTerminate(int signal) {
 }  // namespace
 
 void catchSignals() {
+  ::signal(SIGALRM, onEndOfGrace);
+  sigevent alarm{};
+  alarm.sigev_notify = SIGEV_SIGNAL;
+  alarm.sigev_signo = SIGALRM;
+  has_grace = ::timer_create(CLOCK_MONOTONIC, &alarm, &grace) == 0;
   ::signal(SIGINT, onInterrupt);
   ::signal(SIGTERM, onTerminate);
   if (::signal(SIGHUP, onTerminate) == SIG_IGN) ::signal(SIGHUP, SIG_IGN);  // nohup stays in force

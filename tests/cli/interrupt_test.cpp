@@ -1,0 +1,51 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "cli/run_program.h"
+
+namespace vdb_diffuse {
+namespace {
+
+/// Runs a shell's command line that is interrupted after these seconds; how long it took.
+double secondsUntilInterrupted(double after, const std::string& arguments, int& status) {
+  const auto start = std::chrono::steady_clock::now();
+  const int result = std::system(("timeout --preserve-status -s INT " + std::to_string(after) + " '" +
+                                  VDB_DIFFUSE_PROGRAM + "' " + arguments + " 2> /dev/null")
+                                     .c_str());
+  status = WIFEXITED(result) ? WEXITSTATUS(result) : -1;
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// A sweep of this cloud takes about a second on one thread, and looks for no interrupt before its end.
+TEST(Interrupt, EndsWithinASecondInTheMiddleOfAStep) {
+  const TemporaryFolder folder;
+  const std::string cloud = folder.file("cloud.vdb"), out = folder.file("lit.vdb");
+  ASSERT_EQ(runProgram("make cloud -o " + cloud + " --voxels 500000").status, 0);
+  writeText(out, "old");
+  constexpr double kAfter = 1.5;
+  int status = 0;
+  const double seconds = secondsUntilInterrupted(
+      kAfter, "bake " + cloud + " -o " + out + " --sun 1,0.5,-1 --sweeps 100 --threads 1", status);
+  EXPECT_EQ(status, 130);
+  EXPECT_GE(seconds, kAfter);
+  EXPECT_LE(seconds, kAfter + 1);
+  EXPECT_EQ(contentsOf(out), "old");
+  EXPECT_EQ(folder.fileCount(), 2u);
+}
+
+TEST(Interrupt, EndsTheLoopOverFrames) {
+  const TemporaryFolder folder;
+  const std::string cloud = folder.file("cloud.vdb");
+  ASSERT_EQ(runProgram("make cloud -o " + cloud + " --voxels 30000").status, 0);
+  int status = 0;
+  const double seconds = secondsUntilInterrupted(
+      1, "bake " + cloud + " -o '" + folder.file("lit.####.vdb") + "' --sun 1,0.5,-1 --frames 1-1000",
+      status);
+  EXPECT_EQ(status, 130);
+  EXPECT_LE(seconds, 2);
+  EXPECT_LT(folder.fileCount(), 100u);
+}
+
+}  // namespace
+}  // namespace vdb_diffuse
