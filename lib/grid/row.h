@@ -14,6 +14,8 @@
 #define VDB_DIFFUSE_KERNEL
 #endif
 #define VDB_DIFFUSE_INLINE inline __attribute__((always_inline))
+/// Between a lambda's parameters and its body: one that stays a function of its own is compiled without AVX2.
+#define VDB_DIFFUSE_INLINED __attribute__((always_inline))
 
 namespace vdb_diffuse {
 
@@ -45,13 +47,40 @@ VDB_DIFFUSE_INLINE bool anyOf(RowMask mask) {
   return (words[0] | words[1] | words[2] | words[3]) != 0;
 }
 
-/// Sums are kept in double, eight side by side and then in a fixed order.
-using DoubleRow = double __attribute__((vector_size(64)));
+/// Sums are kept in double, eight side by side and then in a fixed order. Two registers of four: the compiler
+/// takes a vector wider than its registers through memory.
+struct DoubleRow {
+  using Half = double __attribute__((vector_size(32)));
+  Half low, high;
+};
 VDB_DIFFUSE_INLINE DoubleRow widen(Row row) {
-  return __builtin_convertvector(row, DoubleRow);
+  using FourFloats = float __attribute__((vector_size(16)));
+  FourFloats half[2];
+  __builtin_memcpy(half, &row, sizeof row);
+  return {__builtin_convertvector(half[0], DoubleRow::Half),
+          __builtin_convertvector(half[1], DoubleRow::Half)};
 }
-VDB_DIFFUSE_INLINE double sumOf(DoubleRow v) {
-  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+VDB_DIFFUSE_INLINE DoubleRow loadDoubles(const double* p) {
+  DoubleRow row;
+  __builtin_memcpy(&row, p, sizeof row);
+  return row;
+}
+VDB_DIFFUSE_INLINE void storeDoubles(double* p, const DoubleRow& row) {
+  __builtin_memcpy(p, &row, sizeof row);
+}
+VDB_DIFFUSE_INLINE DoubleRow operator*(const DoubleRow& a, const DoubleRow& b) {
+  return {a.low * b.low, a.high * b.high};
+}
+VDB_DIFFUSE_INLINE DoubleRow operator*(double a, const DoubleRow& b) {
+  return {a * b.low, a * b.high};
+}
+VDB_DIFFUSE_INLINE void operator+=(DoubleRow& a, const DoubleRow& b) {
+  a.low += b.low;
+  a.high += b.high;
+}
+VDB_DIFFUSE_INLINE double sumOf(const DoubleRow& v) {
+  return ((v.low[0] + v.low[1]) + (v.low[2] + v.low[3])) +
+         ((v.high[0] + v.high[1]) + (v.high[2] + v.high[3]));
 }
 
 }  // namespace vdb_diffuse

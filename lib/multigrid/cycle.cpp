@@ -62,8 +62,8 @@ Multigrid::Multigrid(Multigrid&&) noexcept = default;
 
 Multigrid::Multigrid(std::shared_ptr<const Operator> finest, const CycleSettings& settings)
     : settings_(settings) {
-  Smoother smoother(*finest->topology);
-  levels_.push_back({std::move(finest), std::move(smoother), {}, {}, {}});
+  Wave wave(*finest->topology);
+  levels_.push_back({std::move(finest), std::move(wave), {}, {}, {}});
   while (true) {
     Level& fine = levels_.back();
     const size_t unknowns = fine.A->topology->activeVoxelCount();
@@ -78,32 +78,43 @@ Multigrid::Multigrid(std::shared_ptr<const Operator> finest, const CycleSettings
     if (10 * coarse->topology->activeVoxelCount() > 9 * unknowns) break;
     fine.to_coarse = std::move(transfer);
     Field<float> x(*coarse->topology), b(*coarse->topology);
-    Smoother coarse_smoother(*coarse->topology);
-    levels_.push_back({std::move(coarse), std::move(coarse_smoother), {}, std::move(x), std::move(b)});
+    Wave coarse_wave(*coarse->topology);
+    levels_.push_back({std::move(coarse), std::move(coarse_wave), {}, std::move(x), std::move(b)});
   }
 }
 
 void Multigrid::cycle(size_t l, const Field<float>& b, Field<float>& x) {
   Level& level = levels_[l];
-  if (l + 1 == levels_.size()) {
-    if (direct_) return direct_->solve(b, x);
-    level.smoother.smooth(*level.A, b, x, SweepOrder::kForward, settings_.sweeps, true);
-    for (int i = 1; i < settings_.coarsest_sweeps; ++i)
-      level.smoother.smooth(*level.A, b, x, SweepOrder::kForward, settings_.sweeps, false);
-    for (int i = 0; i < settings_.coarsest_sweeps; ++i)
-      level.smoother.smooth(*level.A, b, x, SweepOrder::kBackward, settings_.sweeps, false);
-    return;
-  }
+  const Operator& A = *level.A;
+  if (l + 1 == levels_.size()) return solveCoarsest(b, x);
   Level& coarse = levels_[l + 1];
-  level.smoother.smooth(*level.A, b, x, SweepOrder::kForward, settings_.sweeps, true);
-  restrictResidual(*level.A, b, x, level.to_coarse, coarse.b);
+  downStroke(A, level.wave, settings_.sweeps, b, x, level.to_coarse, coarse.b);
   cycle(l + 1, coarse.b, coarse.x);
-  prolong(*level.A, level.to_coarse, *coarse.A->topology, coarse.x, x);
-  level.smoother.smooth(*level.A, b, x, SweepOrder::kBackward, settings_.sweeps, false);
+  upStroke(A, level.wave, settings_.sweeps, level.to_coarse, *coarse.A->topology, coarse.x, b, x);
+}
+
+void Multigrid::solveCoarsest(const Field<float>& b, Field<float>& x) {
+  Level& level = levels_.back();
+  if (direct_) return direct_->solve(b, x);
+  smoothAlone(*level.A, level.wave, settings_.sweeps, settings_.coarsest_sweeps, b, x);
 }
 
 void Multigrid::precondition(const Field<float>& r, Field<float>& z) {
   cycle(0, r, z);
+}
+
+Products Multigrid::precondition(const Field<float>& r, Field<float>& z, Field<float>& Az) {
+  Level& level = levels_.front();
+  const Operator& A = *level.A;
+  if (levels_.size() == 1) {
+    solveCoarsest(r, z);
+    const double zAz = apply(A, z, Az);
+    return {dot(r, z), zAz};
+  }
+  Level& coarse = levels_[1];
+  downStroke(A, level.wave, settings_.sweeps, r, z, level.to_coarse, coarse.b);
+  cycle(1, coarse.b, coarse.x);
+  return upStroke(A, level.wave, settings_.sweeps, level.to_coarse, *coarse.A->topology, coarse.x, r, z, Az);
 }
 
 size_t Multigrid::bytes() const {

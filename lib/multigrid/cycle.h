@@ -3,8 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "multigrid/smoother.h"
-#include "multigrid/transfer.h"
+#include "multigrid/strokes.h"
 
 namespace vdb_diffuse {
 
@@ -26,6 +25,8 @@ class Multigrid {
   const Operator& finest() const { return *levels_.front().A; }
   /// z = V(r), one V-cycle for A z = r from z = 0.
   void precondition(const Field<float>& r, Field<float>& z);
+  /// The same, and Az = A z; returns r.z and z.A z.
+  Products precondition(const Field<float>& r, Field<float>& z, Field<float>& Az);
   size_t levelCount() const { return levels_.size(); }
   const Operator& level(size_t l) const { return *levels_[l].A; }
   size_t bytes() const;
@@ -33,7 +34,7 @@ class Multigrid {
  private:
   struct Level {
     std::shared_ptr<const Operator> A;
-    Smoother smoother;
+    Wave wave;
     Transfer to_coarse;
     Field<float> x, b;  // not on the finest level, whose caller brings them
   };
@@ -44,6 +45,7 @@ class Multigrid {
   std::unique_ptr<DirectSolver> direct_;
 
   void cycle(size_t l, const Field<float>& b, Field<float>& x);
+  void solveCoarsest(const Field<float>& b, Field<float>& x);
 };
 
 }  // namespace vdb_diffuse

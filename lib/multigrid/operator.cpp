@@ -63,6 +63,21 @@ VDB_DIFFUSE_KERNEL void residualOfBlock(const Operator& A, const Field<float>& b
     }
 }
 
+VDB_DIFFUSE_KERNEL double dotOfBlock(const float* a, const float* b) {
+  DoubleRow sum = {};
+  for (int n = 0; n < kBlockVoxels; n += 8) sum += widen(loadRow(a + n)) * widen(loadRow(b + n));
+  return sumOf(sum);
+}
+
+VDB_DIFFUSE_KERNEL double scaledNormOfBlock(const float* r, const float* inverse) {
+  DoubleRow sum = {};
+  for (int n = 0; n < kBlockVoxels; n += 8) {
+    const DoubleRow value = widen(loadRow(r + n));
+    sum += value * value * widen(loadRow(inverse + n));
+  }
+  return sumOf(sum);
+}
+
 }  // namespace
 
 void formDiagonal(Operator& A) {
@@ -78,12 +93,14 @@ void residual(const Operator& A, const Field<float>& b, const Field<double>& x, 
   forEachBlock(A.topology->blockCount(), [&](size_t block) { residualOfBlock(A, b, x, r, block); });
 }
 
+double dot(const Field<float>& a, const Field<float>& b) {
+  return sumOverBlocks<double>(a.blockCount(),
+                               [&](size_t block) { return dotOfBlock(a.block(block), b.block(block)); });
+}
+
 double scaledNormSquared(const Operator& A, const Field<float>& r) {
   return sumOverBlocks<double>(A.topology->blockCount(), [&](size_t b) {
-    const float *value = r.block(b), *inverse = A.inverse_diagonal.block(b);
-    double sum = 0;
-    for (int n = 0; n < kBlockVoxels; ++n) sum += static_cast<double>(value[n]) * value[n] * inverse[n];
-    return sum;
+    return scaledNormOfBlock(r.block(b), A.inverse_diagonal.block(b));
   });
 }
 

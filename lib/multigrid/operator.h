@@ -48,6 +48,8 @@ double apply(const Operator& A, const Field<float>& p, Field<float>& q);
 /// smooth x does not drown the residual.
 void residual(const Operator& A, const Field<float>& b, const Field<double>& x, Field<float>& r);
 
+double dot(const Field<float>& a, const Field<float>& b);
+
 /// Sum of r_i^2 / A_ii: the square of the diagonally scaled norm.
 double scaledNormSquared(const Operator& A, const Field<float>& r);
 

@@ -3,17 +3,10 @@
 #include <cmath>
 #include <limits>
 
+#include "grid/row.h"
+
 namespace vdb_diffuse {
 namespace {
-
-double dot(const Field<float>& a, const Field<float>& b) {
-  return sumOverBlocks<double>(a.blockCount(), [&](size_t block) {
-    const float *u = a.block(block), *v = b.block(block);
-    double sum = 0;
-    for (int n = 0; n < kBlockVoxels; ++n) sum += static_cast<double>(u[n]) * v[n];
-    return sum;
-  });
-}
 
 double sum(const Field<float>& a) {
   return sumOverBlocks<double>(a.blockCount(), [&](size_t block) {
@@ -23,31 +16,22 @@ double sum(const Field<float>& a) {
   });
 }
 
-/// p = z + beta p
-void newDirection(const Field<float>& z, float beta, Field<float>& p) {
-  forEachBlock(p.blockCount(), [&](size_t block) {
-    float* u = p.block(block);
-    const float* v = z.block(block);
-    for (int n = 0; n < kBlockVoxels; ++n) u[n] = v[n] + beta * u[n];
-  });
-}
-
-/// x += alpha p, r -= alpha q; returns the squared scaled norm of the new r.
-double step(const Operator& A, double alpha, const Field<float>& p, const Field<float>& q, Field<double>& x,
-            Field<float>& r) {
-  const float a = static_cast<float>(alpha);
-  return sumOverBlocks<double>(x.blockCount(), [&](size_t block) {
-    double* to = x.block(block);
-    float* left = r.block(block);
-    const float *u = p.block(block), *v = q.block(block), *inverse = A.inverse_diagonal.block(block);
-    double norm = 0;
-    for (int n = 0; n < kBlockVoxels; ++n) {
-      to[n] += static_cast<double>(a) * u[n];
-      left[n] -= a * v[n];
-      norm += static_cast<double>(left[n]) * left[n] * inverse[n];
-    }
-    return norm;
-  });
+/// p = z + beta p, q = A p = w + beta q, x += alpha p, r -= alpha q; returns the squared scaled norm of r.
+VDB_DIFFUSE_KERNEL double stepInBlock(float alpha, float beta, const float* z, const float* w,
+                                      const float* inverse, float* p, float* q, double* x, float* r) {
+  DoubleRow norm = {};
+  for (int n = 0; n < kBlockVoxels; n += 8) {
+    const Row along = loadRow(z + n) + beta * loadRow(p + n), image = loadRow(w + n) + beta * loadRow(q + n);
+    const Row left = loadRow(r + n) - alpha * image;
+    storeRow(p + n, along);
+    storeRow(q + n, image);
+    storeRow(r + n, left);
+    DoubleRow sum = loadDoubles(x + n);
+    sum += static_cast<double>(alpha) * widen(along);
+    storeDoubles(x + n, sum);
+    norm += widen(left) * widen(left) * widen(loadRow(inverse + n));
+  }
+  return sumOf(norm);
 }
 
 // A residual that the recurrence claims below this part of its start is compared with the true one: float
@@ -70,7 +54,7 @@ SolveReport solve(Multigrid& multigrid, const Field<float>& b, Field<double>& x,
     return report;
   }
   const double b_sum = std::abs(sum(b));
-  Field<float> r(*A.topology), z(*A.topology), p(*A.topology), q(*A.topology);
+  Field<float> r(*A.topology), z(*A.topology), w(*A.topology), p(*A.topology), q(*A.topology);
   double previous = std::numeric_limits<double>::infinity();
   double tighter = 0.95;  // the recurrence aims below the tolerance, since the truth is a little above it
   while (true) {
@@ -87,16 +71,21 @@ SolveReport solve(Multigrid& multigrid, const Field<float>& b, Field<double>& x,
     double target = std::max(tighter * std::min(settings.tolerance, start), kReplaceAfter * start);
     tighter *= 0.5;
 
-    double rho = 0;
+    double previous_rz = 0, alpha = 0;
     p.fill(0);
+    q.fill(0);
     for (bool first = true; report.iterations < settings.max_iterations; first = false) {
-      multigrid.precondition(r, z);
-      const double rho_next = dot(r, z);
-      newDirection(z, first ? 0.0f : static_cast<float>(rho_next / rho), p);
-      rho = rho_next;
-      const double curvature = apply(A, p, q);
-      if (!(curvature > 0) || !(rho > 0)) return report;  // nothing left that floats can express
-      const double norm = std::sqrt(step(A, rho / curvature, p, q, x, r)) / b_norm;
+      const Products now = multigrid.precondition(r, z, w);
+      const double beta = first ? 0 : now.bx / previous_rz;
+      const double curvature = first ? now.xAx : now.xAx - beta * now.bx / alpha;  // p.A p
+      if (!(curvature > 0) || !(now.bx > 0)) return report;  // nothing left that floats can express
+      previous_rz = now.bx;
+      alpha = now.bx / curvature;
+      const double norm_squared = sumOverBlocks<double>(r.blockCount(), [&](size_t b) {
+        return stepInBlock(static_cast<float>(alpha), static_cast<float>(beta), z.block(b), w.block(b),
+                           A.inverse_diagonal.block(b), p.block(b), q.block(b), x.block(b), r.block(b));
+      });
+      const double norm = std::sqrt(norm_squared) / b_norm;
       ++report.iterations;
       report.residual.push_back(norm);
       if (settings.progress) {

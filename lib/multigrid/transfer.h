@@ -7,7 +7,10 @@
 namespace vdb_diffuse {
 
 /// How a coarse level's voxels lie on a fine one: a coarse voxel is 2 x 2 x 2 fine ones of one part, so each
-/// part of a fine block is one octant of its parent block.
+/// part of a fine block is one octant of its parent block. A fine voxel takes from its parent and from the
+/// coarse voxels across its three outer faces, which in a uniform medium is nearly linear interpolation (a
+/// fifth each); otherwise each outer face counts by its share of the voxel's conductance, so that nothing is
+/// interpolated across a bad conductor. The code is in block_transfer.h.
 struct Transfer {
   Parts parts;
   std::vector<int32_t> parent;                    ///< coarse block of each part
@@ -27,15 +30,5 @@ struct Transfer {
 /// so that voxels which do not touch stay apart wherever their coarse voxels differ. Measured against putting
 /// the inner faces in series with the crossing one: fewer iterations on wispy clouds and on raw densities.
 Operator coarsen(const Operator& fine, Parts parts, Transfer& transfer);
-
-/// coarse b = P^T (b - A x)
-void restrictResidual(const Operator& A, const Field<float>& b, const Field<float>& x, Transfer& transfer,
-                      Field<float>& coarse_b);
-
-/// x += P e. A fine voxel takes from its parent and from the coarse voxels across its three outer faces,
-/// which in a uniform medium is nearly linear interpolation (a fifth each); otherwise each outer face counts
-/// by its share of the voxel's conductance, so that nothing is interpolated across a bad conductor.
-void prolong(const Operator& A, const Transfer& transfer, const Topology& coarse_topology,
-             const Field<float>& e, Field<float>& x);
 
 }  // namespace vdb_diffuse
