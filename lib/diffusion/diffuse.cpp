@@ -95,13 +95,15 @@ class Diffusion {
     for (int c = 0; c < 3; ++c) sigma_t = std::max(sigma_t, opticsOf(c).sigma_t_beam);
     first.want_shape = settings_.model.model == Model::kDefault && hasThickVoxels(sigma_t);
     first.progress = settings_.progress;
-    source_ = firstScatter(medium_, scene_, occluder_, settings_.model.model, first);
+    source_ = settings_.solver ? settings_.solver->light(scene_, occluder_, settings_.model.model, first)
+                               : firstScatter(medium_, scene_, occluder_, settings_.model.model, first);
     result_.seconds_source = now() - start;
   }
 
   void prepare() {
     const double cap = meanFreePathCap(settings_.model, medium_);
-    equation_settings_.staircase = equation_settings_.profile = settings_.model.model == Model::kDefault;
+    equation_settings_.staircase = settings_.model.model == Model::kDefault;
+    equation_settings_.profile = equation_settings_.staircase && !settings_.solver;
     equation_settings_.cap = cap;
     equation_settings_.surfaces = &scene_.surfaces;
     equation_settings_.walls =
@@ -121,7 +123,7 @@ class Diffusion {
   }
 
   void setUp(size_t c) {
-    if (multigrid_ && sharedOperator()) return;
+    if (equation_ && sharedOperator()) return;
     const double start = now();
     multigrid_.reset();
     const ChannelOptics optics = opticsOf(c);
@@ -141,10 +143,14 @@ class Diffusion {
           std::to_string(equation_->floored_voxels) +
           " voxels are a vacuum to a solve without a mean-free-path cap: their diffusion "
           "coefficient is bounded");
-    if (!settings_.refine)
-      equation_->settings.returned = equation_settings_.returned = nullptr;  // has served
-    multigrid_ = std::make_unique<Multigrid>(equation_->A);
-    result_.levels = multigrid_->levelCount();
+    if (settings_.solver) {
+      settings_.solver->setUp(*equation_);
+    } else {
+      if (!settings_.refine)
+        equation_->settings.returned = equation_settings_.returned = nullptr;  // has served
+      multigrid_ = std::make_unique<Multigrid>(equation_->A);
+      result_.levels = multigrid_->levelCount();
+    }
     result_.seconds_setup += now() - start;
   }
 
@@ -175,7 +181,7 @@ class Diffusion {
     if (!settings_.refine) forgetShape(c, beams);
     const std::vector<Field<float>>* second =
         source_.second_moments.empty() ? nullptr : &source_.second_moments[c];
-    ChannelSolution channel(*equation_, *multigrid_, beams, second, rhs, occluder_);
+    ChannelSolution channel(*equation_, multigrid_.get(), beams, second, rhs, occluder_);
     SolveSettings solve_settings;
     solve_settings.tolerance = settings_.tolerance;
     solve_settings.balance = 10 * settings_.tolerance;
@@ -185,7 +191,10 @@ class Diffusion {
     }
     solve_settings.max_iterations = settings_.max_iterations;
     solve_settings.progress = settings_.progress;
-    const SolveReport report = solve(*multigrid_, rhs.b, channel.I0, solve_settings);
+    const SolveReport report =
+        settings_.solver
+            ? settings_.solver->solve(*equation_, rhs, settings_.tolerance, channel.I0, channel.warnings)
+            : solve(*multigrid_, rhs.b, channel.I0, solve_settings);
     channel.converged = report.converged;
     channel.iterations = report.iterations;
     channel.relative_residual = report.relative_residual;

@@ -11,7 +11,7 @@ namespace vdb_diffuse {
 
 /// One channel after its diffusion solve, as a method that goes on from there finds it and leaves it.
 struct ChannelSolution {
-  ChannelSolution(const Equation& e, Multigrid& m, const BeamSource& b, const std::vector<Field<float>>* q2,
+  ChannelSolution(const Equation& e, Multigrid* m, const BeamSource& b, const std::vector<Field<float>>* q2,
                   const RightHandSide& right, const Occluder& o)
       : equation(e),
         multigrid(m),
@@ -23,7 +23,7 @@ struct ChannelSolution {
         I0(*e.A->topology) {}
 
   const Equation& equation;
-  Multigrid& multigrid;
+  Multigrid* const multigrid;  ///< null where another solver took its place
   const BeamSource beams;
   const std::vector<Field<float>>* Q2_moments;  ///< their second moments; null unless `phase_order` is 2
   const RightHandSide& rhs;
@@ -40,12 +40,26 @@ struct ChannelSolution {
   std::vector<std::string> warnings;
 };
 
+/// What solves a channel's equation in the place of multigrid.
+class ChannelSolver {
+ public:
+  virtual ~ChannelSolver() = default;
+  /// The beams as the method sees them.
+  virtual FirstScatter light(const Scene& scene, const Occluder& occluder, Model model,
+                             const FirstScatterSettings& usual) = 0;
+  virtual void setUp(const Equation& equation) = 0;
+  /// \param x  out: the solution of A x = b, in voxels
+  virtual SolveReport solve(const Equation& equation, const RightHandSide& rhs, double tolerance,
+                            Field<double>& x, std::vector<std::string>& warnings) = 0;
+};
+
 struct DiffuseSettings {
   ModelSettings model;
   FirstScatterSettings source;
   double tolerance = 1e-4;  ///< on the scaled residual; energy closes within ten times it
   int max_iterations = 2000;
   bool want_flux = false;
+  ChannelSolver* solver = nullptr;               ///< null: multigrid
   std::function<void(ChannelSolution&)> refine;  ///< called for every channel that has light, may be empty
   Progress progress;
 };

@@ -259,8 +259,9 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
     }
     return sum;
   });
+  const bool has_heads = e.settings.profile || beams.Q1_flux;
   FaceHeads heads;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3 && has_heads; ++axis) {
     formFaceHeads(e, medium, beams, nullptr, axis, heads);
     rhs.drive_out += sumOverBlocks<double>(
         topology.blockCount(), [&](size_t b) { return addHeadsOfBlock(e, heads, axis, b, rhs.b.block(b)); });

@@ -310,7 +310,8 @@ FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occlud
       for (int a = 0; a < 3; ++a) fields[c][a].block(b)[voxel] += static_cast<float>(flux[c][a]);
   };
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    for (auto it = topology.active(b).beginOn(); it; ++it) {
+    const BlockMask& voxels = settings.only ? (*settings.only)[b] : topology.active(b);
+    for (auto it = voxels.beginOn(); it; ++it) {
       const int voxel = static_cast<int>(it.pos());
       Gathered sum;
       for (int c = 0; c < 3; ++c)

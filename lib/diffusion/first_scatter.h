@@ -9,9 +9,10 @@ namespace vdb_diffuse {
 
 struct FirstScatterSettings {
   LightSampling lights;
-  int rays_per_voxel = 9;      ///< of a beam that is not along a grid axis; many beams (a dome) take one each
-  bool exact_march = false;    ///< march from every voxel to every light instead of sweeping along beams
-  int gather_directions = 64;  ///< in which a voxel looks for surfaces that reflect
+  int rays_per_voxel = 9;    ///< of a beam that is not along a grid axis; many beams (a dome) take one each
+  bool exact_march = false;  ///< march from every voxel to every light instead of sweeping along beams
+  const std::vector<BlockMask>* only = nullptr;  ///< by block, the voxels to march from; null: all
+  int gather_directions = 64;                    ///< in which a voxel looks for surfaces that reflect
   int phase_order = 1;      ///< 2: for transport, see channelOptics; fills `second_moments` where g is not 0
   bool want_flux = false;   ///< fill `direct_flux` even where the model does not need it
   bool want_shape = false;  ///< fill `shape`, which thick voxels need

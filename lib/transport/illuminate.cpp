@@ -262,7 +262,7 @@ class Refinement {
     const Equation& e = channel.equation;
     if (equation_ == &e && damped_) return;
     equation_ = correction_ = &e;
-    multigrid_ = &channel.multigrid;
+    multigrid_ = channel.multigrid;
     const Topology& topology = medium_.topology();
     const Field<float>* returned = e.settings.returned.get();
     const size_t held_back = sumOverBlocks<size_t>(topology.blockCount(), [&](size_t b) {
