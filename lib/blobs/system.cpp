@@ -1,0 +1,163 @@
+#include "blobs/system.h"
+
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+
+namespace vdb_diffuse {
+namespace {
+
+/// Which entries of the basis belong to a blob, and which cells those are in.
+struct ByBlob {
+  std::vector<size_t> first, entry;
+  std::vector<int32_t> cell;
+};
+
+ByBlob byBlob(const CellBasis& basis, size_t blobs) {
+  ByBlob by;
+  by.first.assign(blobs + 1, 0);
+  for (const int32_t i : basis.blob) ++by.first[i + 1];
+  std::partial_sum(by.first.begin(), by.first.end(), by.first.begin());
+  by.entry.resize(basis.blob.size());
+  by.cell.resize(basis.blob.size());
+  std::vector<size_t> next(by.first.begin(), by.first.end() - 1);
+  for (size_t c = 0; c + 1 < basis.first.size(); ++c)
+    for (size_t e = basis.first[c]; e < basis.first[c + 1]; ++e) {
+      const size_t at = next[basis.blob[e]]++;
+      by.entry[at] = e;
+      by.cell[at] = static_cast<int32_t>(c);
+    }
+  return by;
+}
+
+/// Sums over a cell's voxels of what its faces conduct along each axis, of the sink, and of what is absorbed.
+struct CellSums {
+  std::vector<Vec3d> conductance;
+  std::vector<double> sink, absorbed;
+};
+
+CellSums sumsOf(const Equation& e, const Medium& medium, const Cells& cells) {
+  const Operator& A = *e.A;
+  const Topology& topology = *A.topology;
+  CellSums sums;
+  sums.conductance.assign(cells.count(), Vec3d(0));
+  forEachBlock(topology.blockCount(), [&](size_t b) {
+    const float* r = A.half_resistance.block(b);
+    const auto cuts = A.cuts.find(static_cast<int32_t>(b));
+    for (int axis = 0; axis < 3; ++axis) {
+      const int stride = 64 >> (3 * axis), shift = 6 - 3 * axis, face = 2 * axis + 1;
+      const int32_t across = topology.neighbours(b)[face];
+      for (auto it = topology.active(b).beginOn(); it; ++it) {
+        const int n = static_cast<int>(it.pos());
+        const bool last = (n >> shift & 7) == 7;
+        if (last && across == kNoBlock) continue;
+        if (cuts != A.cuts.end() && cuts->second.cut[face].isOn(n)) continue;
+        const float beyond = last ? A.half_resistance.block(across)[n - 7 * stride] : r[n + stride];
+        sums.conductance[cells.of(b, n)][axis] += 1 / (static_cast<double>(r[n]) + beyond);
+      }
+    }
+  });
+  sums.sink = sumOverCells(cells, topology, [&](size_t b, int n) { return A.sink.block(b)[n]; });
+  const double tau_a = e.optics.sigma_a * e.h;
+  sums.absorbed = sumOverCells(cells, topology, [&](size_t b, int n) {
+    const float rho = medium.density.values.block(b)[n];
+    return tau_a * rho / e.profile(rho).a;
+  });
+  return sums;
+}
+
+/// A row that is filled in any order and read out in the order of its columns.
+class RowSum {
+ public:
+  explicit RowSum(size_t size) : sum_(size, 0.0), used_(size, 0) {}
+  void add(int32_t column, double value) {
+    if (!used_[column]) {
+      used_[column] = 1;
+      columns_.push_back(column);
+    }
+    sum_[column] += value;
+  }
+  void take(std::vector<int32_t>& column, std::vector<double>& value) {
+    std::sort(columns_.begin(), columns_.end());
+    for (const int32_t i : columns_) {
+      column.push_back(i);
+      value.push_back(sum_[i]);
+      sum_[i] = 0;
+      used_[i] = 0;
+    }
+    columns_.clear();
+  }
+
+ private:
+  std::vector<double> sum_;
+  std::vector<char> used_;
+  std::vector<int32_t> columns_;
+};
+
+}  // namespace
+
+BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, const CellBasis& basis,
+                          const Equation& equation, const Medium& medium, BlobForm form,
+                          const Progress& progress) {
+  const CellSums sums = sumsOf(equation, medium, cells);
+  const ByBlob by = byBlob(basis, blobs.size());
+  const size_t n = blobs.size();
+  BlobSystem system;
+  system.volume.assign(n, 0);
+  std::vector<std::vector<int32_t>> columns(n);
+  std::vector<std::vector<double>> values(n);
+
+  const auto galerkinRow = [&](size_t j, RowSum& row) {
+    for (size_t k = by.first[j]; k < by.first[j + 1]; ++k) {
+      const int32_t c = by.cell[k];
+      const size_t own = by.entry[k];
+      const Vec3d pull = sums.conductance[c] * Vec3d(basis.gradient[own]);
+      const double sink = sums.sink[c] * basis.value[own];
+      for (size_t e = basis.first[c]; e <= own; ++e)
+        row.add(basis.blob[e], pull.dot(Vec3d(basis.gradient[e])) + sink * basis.value[e]);
+    }
+  };
+  const auto collocationRow = [&](size_t j, RowSum& row) {
+    double leak = 0;
+    for (size_t k = by.first[j]; k < by.first[j + 1]; ++k)
+      leak += (sums.sink[by.cell[k]] - sums.absorbed[by.cell[k]]) * basis.value[by.entry[k]];
+    leak /= system.volume[j];
+    const BasisAt at = basisAt(blobs, blobs[j].centre);
+    const double depth = equation.optics.sigma_tr * equation.h * at.density;
+    const bool bounded = depth < equation.least_depth;
+    const double D = 0.5 / (equation.resistance_per_depth * std::max(depth, equation.least_depth));
+    const Vec3d dD = bounded ? Vec3d(0) : at.density_gradient * (-D / at.density);
+    const double sink = equation.optics.sigma_a * equation.h * at.density + leak;
+    for (size_t k = 0; k < at.blob.size(); ++k)
+      row.add(at.blob[k], sink * at.value[k] - D * at.laplacian[k] - dD.dot(at.gradient[k]));
+  };
+
+  std::atomic<size_t> done{0};
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 8), [&](const auto& range) {
+    RowSum row(n);
+    for (size_t j = range.begin(); j != range.end(); ++j) {
+      for (size_t k = by.first[j]; k < by.first[j + 1]; ++k)
+        system.volume[j] += static_cast<double>(cells.volume[by.cell[k]]) * basis.value[by.entry[k]];
+      form == BlobForm::kGalerkin ? galerkinRow(j, row) : collocationRow(j, row);
+      row.take(columns[j], values[j]);
+      const size_t rows = ++done;
+      if (progress && rows % 16 == 0) progress("blob system", static_cast<double>(rows) / n);
+    }
+  });
+  if (form == BlobForm::kGalerkin) {  // the other half
+    for (size_t j = 0; j < n; ++j)
+      for (size_t k = 0; columns[j][k] != static_cast<int32_t>(j); ++k) {
+        columns[columns[j][k]].push_back(static_cast<int32_t>(j));
+        values[columns[j][k]].push_back(values[j][k]);
+      }
+  }
+  system.first.push_back(0);
+  for (size_t j = 0; j < n; ++j) {
+    system.column.insert(system.column.end(), columns[j].begin(), columns[j].end());
+    system.value.insert(system.value.end(), values[j].begin(), values[j].end());
+    system.first.push_back(system.column.size());
+  }
+  return system;
+}
+
+}  // namespace vdb_diffuse
