@@ -4,6 +4,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "blobs/blob_light.h"
 #include "io/free_memory.h"
 #include "transport/illuminate.h"
 
@@ -24,6 +25,34 @@ ModelSettings modelOf(const BakeFlags& flags) {
   if (*end != '\0' || !(length > 0) || !std::isfinite(length))
     throw UsageError("--mean-free-path-cap: '" + flags.cap + "' is not auto, none or a length above 0");
   settings.mean_free_path_cap = length;
+  return settings;
+}
+
+/// Flags of the one method that mean nothing to the other.
+void checkMethod(const BakeFlags& flags) {
+  const auto refuse = [&](bool given, const std::string& flag, const std::string& why) {
+    if (given) throw UsageError(flag + ": has no meaning with --method " + flags.method + why);
+  };
+  if (!flags.byBlobs()) {
+    for (const auto& [given, flag] : {std::pair(flags.blobs.has_value(), "--blobs"),
+                                      std::pair(flags.blob_form.has_value(), "--blob-form"),
+                                      std::pair(flags.blob_source.has_value(), "--blob-source")})
+      refuse(given, flag, "; add --method blobs");
+    return;
+  }
+  refuse(flags.sweeps.value_or(0) > 0, "--sweeps", ", whose light is too coarse to sweep from; leave it out");
+  refuse(flags.error.has_value(), "--error", ", which cannot reach an error by itself; leave it out");
+  if (flags.blob_form.value_or("") == "collocation" && flags.blobs.value_or(0) > kMostCollocated)
+    throw UsageError("--blob-form collocation: takes at most " + std::to_string(kMostCollocated) +
+                     " blobs; use galerkin for more");
+}
+
+BlobSettings blobsOf(const BakeFlags& flags) {
+  BlobSettings settings;
+  settings.count = flags.blobs.value_or(settings.count);
+  if (flags.blob_form == "collocation") settings.form = BlobForm::kCollocation;
+  settings.source_at_centres = flags.blob_source == "centres";
+  settings.want_direct = flags.wants("direct") || flags.wants("source");
   return settings;
 }
 
@@ -79,6 +108,7 @@ void checkFlags(const BakeFlags& flags, const ModelSettings& model) {
     throw UsageError("--tolerance: a number between 0 and 1 is needed");
   if (flags.error && !(*flags.error > 0 && *flags.error < 1))
     throw UsageError("--error: a number between 0 and 1 is needed; 0.05 is 5 %");
+  checkMethod(flags);
   if (model.model == Model::kPaper && (flags.sweeps.value_or(0) > 0 || flags.error))
     throw UsageError(
         "--model paper: the printed equations lose energy, and no sweep can start from them; use "
@@ -139,11 +169,15 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   transport.sweeps = flags.sweeps.value_or(flags.error                      ? kMostSweeps
                                            : model.model == Model::kDefault ? transport.sweeps
                                                                             : 0);
+  if (flags.byBlobs()) transport.sweeps = 0;
   transport.error = flags.error;
   checkMemory(flags.input, medium, settings.want_flux, transport.sweeps > 0);
   DiffuseResult& result = baked.result;
   try {
-    result = illuminate(medium, scene.scene, settings, transport);
+    if (flags.byBlobs())
+      result = blobLight(medium, scene.scene, settings, blobsOf(flags), &stats.blobs);
+    else
+      result = illuminate(medium, scene.scene, settings, transport);
   } catch (const InputError& error) {  // which knows no files
     throw InputError(flags.input + ": " + error.what());
   }
@@ -208,10 +242,28 @@ ExitStatus bakeFrame(const BakeFlags& flags, const std::string& json_fields) {
 
 void BakeFlags::addMethodTo(CLI::App& command) {
   const std::string group = "Method";
-  command.add_option("--method", method, "multigrid")
-      ->check(CLI::IsMember({"multigrid"}))
+  command
+      .add_option("--method", method,
+                  "multigrid: a value in every voxel; blobs: a few hundred Gaussians, a preview")
+      ->check(CLI::IsMember({"multigrid", "blobs"}))
       ->group(group)
       ->capture_default_str();
+  command.add_option("--blobs", blobs, "How many blobs are fitted to the density (default: 200)")
+      ->type_name("N")
+      ->check(CLI::Range(1, kMostBlobs))
+      ->group(group);
+  command
+      .add_option("--blob-form", blob_form,
+                  "galerkin: the equation in the mean over each blob; collocation: at their centres, as "
+                  "Stam (1995) has it (default: galerkin)")
+      ->check(CLI::IsMember({"galerkin", "collocation"}))
+      ->group(group);
+  command
+      .add_option("--blob-source", blob_source,
+                  "Where the blobs look for light: in all voxels, or at their centres, as the paper has it, "
+                  "which is far quicker unless `direct` is written too (default: voxels)")
+      ->check(CLI::IsMember({"voxels", "centres"}))
+      ->group(group);
   command
       .add_option("--model", model,
                   "default: P1 with returned light, staircase area factor, mean-free-path cap and "

@@ -14,7 +14,10 @@ struct BakeFlags : LightingFlags {
   std::optional<int> sweeps;
   std::optional<double> error;
   bool exact_shadows = false;
+  std::optional<int> blobs;
+  std::optional<std::string> blob_form, blob_source;
 
+  bool byBlobs() const { return method == "blobs"; }
   void addMethodTo(CLI::App& command);
 };
 

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "io/whole_file.h"
@@ -17,6 +18,7 @@ size_t peakBytes() {
 void writeStats(const std::string& path, const BakeStats& stats, const DiffuseResult& result) {
   const size_t peak = peakBytes();
   const Energy& energy = result.energy;
+  const double condition = stats.blobs.condition_number;
   nlohmann::ordered_json json = {
       {"version", VDB_DIFFUSE_VERSION},
       {"active_voxels", stats.active_voxels},
@@ -24,6 +26,7 @@ void writeStats(const std::string& path, const BakeStats& stats, const DiffuseRe
       {"seconds",
        {{"read", stats.read},
         {"source", result.seconds_source},
+        {"fit", stats.blobs.seconds_fit},
         {"setup", result.seconds_setup},
         {"solve", result.seconds_solve},
         {"sweeps", result.seconds_sweeps},
@@ -43,6 +46,9 @@ void writeStats(const std::string& path, const BakeStats& stats, const DiffuseRe
         {"escaped", energy.escaped},
         {"closure", energy.closure()}}},
       {"sweeps", result.sweeps},
+      {"blobs", stats.blobs.blobs},
+      {"condition_number",
+       std::isfinite(condition) && condition > 0 ? nlohmann::ordered_json(condition) : nullptr},
       {"estimated_error", result.estimated_error ? nlohmann::ordered_json(*result.estimated_error) : nullptr},
       {"negative_voxels", result.negative_voxels},
       {"threads", stats.threads},

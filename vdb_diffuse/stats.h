@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "diffusion/diffuse.h"
+#include "blobs/blob_light.h"
 
 namespace vdb_diffuse {
 
@@ -12,6 +12,7 @@ struct BakeStats {
   double voxel_size = 0;  ///< side of the cube of a voxel's volume, world units
   double read = 0, sweeps = 0, write = 0, total = 0;
   int threads = 1;
+  BlobReport blobs;  ///< of --method blobs, else zeros
 };
 
 /// The largest memory that this process has had resident, in bytes.

@@ -41,7 +41,7 @@ TEST(Bake, StatsHaveEveryKeyAndTheEnergyCloses) {
     for (const char* key :
          {"version", "active_voxels", "voxel_size", "seconds", "peak_bytes", "bytes_per_voxel", "levels",
           "iterations", "relative_residual", "converged", "mean_free_path_cap", "energy", "estimated_error",
-          "negative_voxels", "threads", "warnings"})
+          "blobs", "condition_number", "negative_voxels", "threads", "warnings"})
       EXPECT_TRUE(baked.stats.contains(key)) << key;
     for (const char* key : {"read", "source", "setup", "solve", "sweeps", "write", "total"})
       EXPECT_TRUE(baked.stats["seconds"].contains(key)) << key;
@@ -91,6 +91,31 @@ TEST(Bake, AnUnreachedToleranceIsStatus4AndWritten) {
   EXPECT_NE(baked.outcome.error.find("above the tolerance"), std::string::npos) << baked.outcome.error;
   EXPECT_FALSE(baked.stats["converged"].get<bool>());
   EXPECT_TRUE(VdbFile(folder.file("lit.vdb")).has("diffuse"));
+}
+
+// By blobs: the same grids and keys, fewer unknowns; flags of other methods have no meaning.
+TEST(Bake, BlobsWriteTheSameGrids) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder), out = " -o " + folder.file("x.vdb");
+  const std::string grids = " --grids density,diffuse,direct,flux,source";
+  for (const std::string flags :
+       {"--blobs 50", "--blobs 700 --sigma-a 0.1 --env 1", "--blobs 50 --g 0.5 --blob-source centres",
+        "--blobs 50 --sigma-a 0.3 --blob-form collocation", "--blobs 50 --sweeps 0 --model p1"}) {
+    const Baked baked = bake(folder, cloud, "--sun 1,0.5,-1 --method blobs " + flags + grids);
+    EXPECT_EQ(baked.outcome.status, 0) << flags << ": " << baked.outcome.error;
+    EXPECT_EQ(VdbFile(folder.file("lit.vdb")).grids().size(), 5u);
+    EXPECT_GE(baked.stats["blobs"].get<int>(), 40) << flags;
+    EXPECT_GT(baked.stats["condition_number"].get<double>(), 1) << flags;
+    EXPECT_LT(std::abs(baked.stats["energy"]["closure"].get<double>()), 1e-3) << flags;
+  }
+  EXPECT_EQ(bake(folder, cloud, "--sun 1,0.5,-1").stats["blobs"], 0);
+  EXPECT_TRUE(bake(folder, cloud, "--sun 1,0.5,-1").stats["condition_number"].is_null());
+  const std::string run = "bake " + cloud + out + " --sun 1,0.5,-1 --method blobs ";
+  expectRefusal(runProgram(run + "--sweeps 2"), 2, {"--sweeps", "no meaning"});
+  expectRefusal(runProgram(run + "--error 0.05"), 2, {"--error", "no meaning"});
+  expectRefusal(runProgram(run + "--blobs 0"), 2, {"--blobs"});
+  expectRefusal(runProgram(run + "--blobs 5000 --blob-form collocation"), 2, {"at most 2000"});
+  expectRefusal(runProgram("bake " + cloud + out + " --blobs 20"), 2, {"--blobs", "--method blobs"});
 }
 
 TEST(Bake, RefusesWithTheRightStatusAndOneLine) {
