@@ -14,6 +14,9 @@ double now() {
 /// Cells per blob: three across what one blob has for itself, ten across its Gaussian.
 constexpr size_t kCellsPerBlob = 30;
 
+/// Fewest voxels for a blob: of as many as there are voxels, their widths overlapping, none would be missed.
+constexpr size_t kVoxelsPerBlob = 8;
+
 /// Energy that the blobs' solution would gain or lose by more than this is worth a warning.
 constexpr double kWorthAWord = 0.1;
 
@@ -27,9 +30,10 @@ class BlobMethod : public ChannelSolver {
   BlobMethod(const Medium& medium, const BlobSettings& settings, const Progress& progress)
       : medium_(medium), settings_(settings), progress_(progress) {
     const double start = now();
+    const size_t most = (medium.topology().activeVoxelCount() + kVoxelsPerBlob - 1) / kVoxelsPerBlob;
     cells_ = findCells(medium, kCellsPerBlob * static_cast<size_t>(settings.count));
     FitSettings fit;
-    fit.count = settings.count;
+    fit.count = static_cast<int>(std::min(static_cast<size_t>(settings.count), most));
     fit.overlap = settings.overlap.value_or(overlapOf(settings.form));
     fit.progress = progress;
     blobs_ = fitBlobs(cells_, fit);

@@ -6,7 +6,7 @@
 namespace vdb_diffuse {
 
 struct BlobSettings {
-  int count = 200;  ///< of blobs that are fitted; fewer may stay, see fitBlobs
+  int count = 200;  ///< of blobs that are fitted; at most one for eight voxels, see also fitBlobs
   BlobForm form = BlobForm::kGalerkin;
   bool source_at_centres = false;  ///< look for light at the blobs' centres alone, as the paper does
   bool want_direct = true;         ///< with `source_at_centres`: in every voxel all the same

@@ -115,10 +115,11 @@ std::vector<double> BlobSolver::solve(const std::vector<double>& b, double toler
     constexpr int kMost = 2000;
     CgReport cg = conjugateGradients(s.A, scaled, tolerance, kMost, x);
     report.condition_number = cg.condition;
-    if (cg.condition > kWorstCondition || cg.residual > tolerance * 10) {
-      Sparse identity(n, n);
-      identity.setIdentity();
-      cg = conjugateGradients(s.A + identity / kWorstCondition, scaled, tolerance, kMost, x);
+    Sparse identity(n, n);
+    identity.setIdentity();
+    const auto bad = [&] { return cg.condition > kWorstCondition || cg.residual > 10 * tolerance; };
+    for (double add = 1 / kWorstCondition; add < 0.1 && bad(); add *= 10) {
+      cg = conjugateGradients(s.A + add * identity, scaled, tolerance, kMost, x);
       report.regularised = true;
     }
     report.iterations = cg.iterations;

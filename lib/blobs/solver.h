@@ -16,7 +16,7 @@ struct BlobSolveReport {
 
 /// A system made ready for any number of right-hand sides. Up to `kDenseBlobs`, and for collocation always,
 /// by a dense LU; above by conjugate gradients. One whose condition number is above `kWorstCondition` gets a
-/// multiple of its diagonal added until it is not.
+/// multiple of its diagonal added until it is not, and one on which conjugate gradients stall as well.
 class BlobSolver {
  public:
   BlobSolver(const BlobSystem& system, BlobForm form);

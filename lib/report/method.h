@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "blobs/blob_light.h"
 #include "transport/illuminate.h"
 
 namespace vdb_diffuse {
@@ -14,9 +15,10 @@ struct Method {
   std::string series;  ///< points of one series are joined, in the order of the list
   DiffuseSettings settings;
   TransportSettings transport;
+  std::optional<BlobSettings> blobs;  ///< then by these, not by multigrid
 };
 
-/// All of them, cheapest first. What is added here can be chosen, is measured and is drawn.
+/// All of them, by series, cheapest first. What is added here can be chosen, is measured and is drawn.
 std::vector<Method> methods();
 
 /// The light by one of them.

@@ -59,7 +59,8 @@ TEST_F(Report, TableAndPictureHoldWhatWasMeasured) {
   const Outcome outcome = report("--noise 0.03 --repeats 1");
   ASSERT_EQ(outcome.status, 0) << outcome.error;
   const std::vector<Row> rows = csv(out_ + "/report.csv");
-  for (const std::string method : {"paper", "p1", "diffusion", "default", "sweeps4"}) {
+  for (const std::string method :
+       {"paper", "p1", "diffusion", "default", "sweeps4", "blobs", "blob-centres", "blobs1000"}) {
     ASSERT_EQ(rowsOf(rows, method).size(), 1u) << method;
     const Row row = rowsOf(rows, method)[0];
     EXPECT_GT(std::stod(row.at("seconds")), 0) << method;
