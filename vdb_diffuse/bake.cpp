@@ -63,7 +63,7 @@ void checkMemory(const std::string& path, const Medium& medium, bool flux, bool 
   const double per_channel =
       2 + (medium.optics.g > 0 ? 1 : 0) + (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
   constexpr double kSolve =
-      12;  // r, p, q, z, b, x in double, operator of the finest level and the coarse ones
+      13;  // r, p, q, z, w, b, x in double, operator of the finest level and the coarse ones
   constexpr double kSweep = 16;    // depth, source and its slopes, mean, divergence, correction and its solve
   constexpr double kMoments = 25;  // of source, light and beams
   const double fields =

@@ -1,6 +1,7 @@
 #include "diffusion/beam_pass.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "medium/attenuation.h"
 #include "medium/turned_block.h"
@@ -8,39 +9,7 @@
 namespace vdb_diffuse {
 namespace {
 
-constexpr float kGone = 1e-30f;  // light of 1 that has come down to this is none: no denormal numbers
-
-/// What becomes of a ray that enters a segment with light 1: `left` of it leaves, and the means over the
-/// segment of the light times 1, t and t^2 are m0, m1 and m2, t = 0..1 along it.
-struct Segment {
-  Row left, m0, m1, m2;
-};
-
-VDB_DIFFUSE_INLINE Segment segmentOf(Row tau) {
-  const Attenuation light = attenuationOf(tau);
-  const Row p = nextOf(tau, light.n);
-  return {light.e, light.m, light.m - light.n, light.m + 2.0f * (p - light.n)};
-}
-
-/// The same without the moments.
-VDB_DIFFUSE_INLINE Segment plainSegmentOf(Row tau) {
-  constexpr float kSmall = 0.7f;  // below, the series leaves out less than 2e-7
-  const Row series =
-      1.0f -
-      tau * (1.0f / 2 -
-             tau * (1.0f / 6 -
-                    tau * (1.0f / 24 -
-                           tau * (1.0f / 120 - tau * (1.0f / 720 - tau * (1.0f / 5040 - tau / 40320))))));
-  Segment thin;
-  thin.left = 1.0f - tau * series;
-  thin.m0 = series;
-  const RowMask thick = tau >= kSmall;
-  if (!anyOf(thick)) return thin;
-  const Row e = exponentialDecay(tau);
-  thin.left = thick ? e : thin.left;
-  thin.m0 = thick ? (1.0f - e) / tau : thin.m0;
-  return thin;
-}
+constexpr float kGone = std::numeric_limits<float>::min();  // denormal numbers would be slow
 
 VDB_DIFFUSE_INLINE void addRow(float* to, Row row) {
   storeRow(to, loadRow(to) + row);
@@ -56,7 +25,7 @@ VDB_DIFFUSE_INLINE void passRows(const RayLattice& lattice, const BeamBlock& blo
     for (int k = 0; k < layer.steps; ++k) {
       const LayerStep& step = layer.step[k];
       const float length = extinction * lattice.length * step.extent, extent = share * step.extent;
-      float lean[3][2], spread[3][3];  // factors of the segment's means
+      float lean[3][2], spread[3][3];  // factors of the light's means times 1, t, t^2
       if constexpr (kShape)
         for (int a = 0; a < 3; ++a) {
           const LayerPlaces& even = moments[number];
@@ -75,19 +44,18 @@ VDB_DIFFUSE_INLINE void passRows(const RayLattice& lattice, const BeamBlock& blo
         const Row psi = loadRow(ray);
         if (!anyAbove0(psi)) continue;
         const Row tau = loadRow(block.rho + at) * length, light = psi * extent;
-        Segment segment;
+        const Attenuation segment = attenuationOf(tau);
+        const Row mean = light * segment.m;
+        addRow(marks.light + at, mean);
         if constexpr (kShape) {
-          segment = segmentOf(tau);
-          const Row l0 = light * segment.m0, l1 = light * segment.m1, l2 = light * segment.m2;
+          const Row p = nextOf(tau, segment.n);  // means of the light times t and t^2, t = 0..1 on the way
+          const Row first = light * (segment.m - segment.n), second = mean + light * 2.0f * (p - segment.n);
           for (int a = 0; a < 3; ++a) {
-            addRow(marks.lean[a] + at, l0 * lean[a][0] + l1 * lean[a][1]);
-            addRow(marks.spread[a] + at, l0 * spread[a][0] + l1 * spread[a][1] + l2 * spread[a][2]);
+            addRow(marks.lean[a] + at, mean * lean[a][0] + first * lean[a][1]);
+            addRow(marks.spread[a] + at, mean * spread[a][0] + first * spread[a][1] + second * spread[a][2]);
           }
-        } else {
-          segment = plainSegmentOf(tau);
         }
-        addRow(marks.light + at, light * segment.m0);
-        const Row left = psi * segment.left;
+        const Row left = psi * segment.e;
         storeRow(ray, left > kGone ? left : Row{});
       }
     }

@@ -1,6 +1,7 @@
 #include "diffusion/beam_sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -104,7 +105,11 @@ class Passage {
     for (int octant = 0; octant < Wavefront::kOctants; ++octant)
       for (const RayLattice& lattice : wavefront_.lattices(octant))
         lattices_of_[beam_of_[lattice.number]].push_back(&lattice);
-    for (const auto& lattices : lattices_of_) places_.push_back(layerPlaces(lattices));
+    for (const auto& lattices : lattices_of_) {
+      places_.push_back(layerPlaces(lattices));
+      basis_.emplace_back();
+      angularBasis(lattices.front()->s, basis_.back().data());
+    }
   }
 
   void run(FirstScatter& sum, const Progress& progress, double done_before, double done_after) {
@@ -137,6 +142,7 @@ class Passage {
   Wavefront wavefront_;
   std::vector<std::vector<const RayLattice*>> lattices_of_;  // by beam
   std::vector<std::vector<LayerPlaces>> places_;             // by beam and layer
+  std::vector<std::array<double, kSecondOrder>> basis_;      // by beam
 
   Vec3d stretch() const { return medium_.transform().voxelSize() / medium_.transform().meanVoxelSize(); }
   Vec3d alongAxes(const Beam& beam) const {
@@ -246,7 +252,7 @@ class Passage {
         passBeam(lattices[d], block, lane.extinction, 1.0 / static_cast<double>(lattices_of_[n].size()),
                  shaped ? &places_[n] : nullptr, rays[d].get(), marks);
       if (turned) turnMarksBack(shaped, marks);
-      leave(beams_[n], lane, b, marks, axes, active.plain, sum);
+      leave(n, lane, b, marks, axes, active.plain, sum);
     }
   }
 
@@ -271,11 +277,11 @@ class Passage {
     }
   }
 
-  void leave(const Beam& beam, const Lane& lane, size_t b, const BeamMarks& marks, const int axes[3],
+  void leave(size_t n, const Lane& lane, size_t b, const BeamMarks& marks, const int axes[3],
              const uint8_t* active, FirstScatter& sum) const {
-    const Vec3d s = alongAxes(beam);
-    double basis[kSecondOrder];
-    angularBasis(s, basis);
+    const Beam& beam = beams_[n];
+    const std::array<double, kSecondOrder>& basis = basis_[n];
+    const Vec3d& s = lattices_of_[n].front()->s;
     for (int c : lane.channels) {
       const double power = from_surfaces_ ? beam.weight : beam.power[c];
       const auto add = [&](const float* from, double factor, Field<float>& to) {

@@ -109,7 +109,7 @@ VDB_DIFFUSE_KERNEL void headsOfBlock(const Equation& e, const HeadFactors& f, co
     for (int z = 0; z < 8; ++z) most_k2 = std::max(most_k2, k2[z]);
     HeadPair<Row> heads;
     if (!profiled || most_k2 < kSmallDecay) {
-      const ProfileTerms<Row> profile{r, k2 * (1.0f / 6), 1.0f / 3 - k2 * (7.0f / 180), Row{} + 1, Row{} + 1};
+      const ProfileTerms<Row> profile{r, thinOneLessA<float>(k2), thinEven<float>(k2), Row{} + 1, Row{} + 1};
       const VoxelDrive<Row> drive{
           rho,
           loadRow(block.share + n),

@@ -33,12 +33,22 @@ struct VoxelProfile {
 /// A voxel that light crosses in more decay lengths passes none on: its mean is what its own source makes it.
 constexpr double kMostDecay = 12;
 
-/// Below this k^2 the first two terms of the series in it do: what is left out is below 1e-7.
+/// Below this k^2 the first terms of the series in it do, for rows of voxels at once as well: what is left
+/// out is below 1e-4. Number is what T is made of.
 constexpr double kSmallDecay = 1e-3;
+template <typename Number, typename T>
+inline T thinOneLessA(T k2) {
+  return k2 * Number(1. / 6);
+}
+template <typename Number, typename T>
+inline T thinEven(T k2) {
+  return Number(1. / 3) - k2 * Number(7. / 180);
+}
 
 inline VoxelProfile voxelProfile(double r, double tau_a) {
   const double k2 = 2 * r * tau_a;
-  if (k2 < kSmallDecay) return {r, 1 - k2 / 6, 1 - k2 / 12, 1. / 3 - 7 * k2 / 180, 1, 1, 1 - k2 / 10};
+  if (k2 < kSmallDecay)
+    return {r, 1 - thinOneLessA<double>(k2), 1 - k2 / 12, thinEven<double>(k2), 1, 1, 1 - k2 / 10};
   const double k = std::sqrt(k2), seen = std::min(k, kMostDecay);
   VoxelProfile p;
   p.r = r;

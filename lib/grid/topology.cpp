@@ -144,12 +144,17 @@ std::array<BlockMask, 6> Topology::outerFaces(size_t block) const {
 
 std::pair<Coord, Coord> Topology::activeBox() const {
   Coord low = Coord::max(), high = Coord::min();
-  for (size_t b = 0; b < blockCount(); ++b)
+  for (size_t b = 0; b < blockCount(); ++b) {
+    bool inside = true;  // of what has been found: most blocks are
+    for (int a = 0; a < 3; ++a)
+      inside = inside && origin(b)[a] >= low[a] && origin(b)[a] + kBlockWidth - 1 <= high[a];
+    if (inside) continue;
     for (auto it = active(b).beginOn(); it; ++it) {
       const Coord p = origin(b) + voxelLocal(static_cast<int>(it.pos()));
       low.minComponent(p);
       high.maxComponent(p);
     }
+  }
   return {low, high};
 }
 

@@ -60,7 +60,7 @@ class Topology {
   const Coord& lowest() const { return lowest_; }
   const Coord& highest() const { return highest_; }
   size_t bytes() const;
-  /// The same of the active voxels; goes through all of them.
+  /// The same of the active voxels.
   std::pair<Coord, Coord> activeBox() const;
 
  private:

@@ -53,10 +53,6 @@ VDB_DIFFUSE_INLINE void prefetchBlock(const float* block) {
   for (int n = 0; n < kBlockVoxels; n += kFloatsPerLine) __builtin_prefetch(block + n);
 }
 
-VDB_DIFFUSE_INLINE void clear(Halo<float>& halo) {
-  clearRows(&halo.v[0][0][0], static_cast<int>(sizeof(halo) / sizeof(Row)));
-}
-
 template <typename T>
 VDB_DIFFUSE_INLINE void loadHalo(const Topology& topology, const Field<T>& field, size_t b, T outside,
                                  Halo<T>& halo) {
@@ -167,19 +163,6 @@ VDB_DIFFUSE_INLINE Row rowOfDifferences(const BlockFaces& g, const Halo<float>& 
                       loadRow(g.y[x][y + 1]) * (c - loadRow(u.row(x, y + 1)));
   const Row along_z = loadRow(g.below[x][y]) * (c - shiftedUp(c, u.below[x][y])) +
                       loadRow(g.above[x][y]) * (c - shiftedDown(c, u.above[x][y]));
-  return (along_x + along_y) + along_z;
-}
-
-/// Sum over faces of g x_j for the eight voxels of a row; three short chains of additions instead of a long
-/// one.
-VDB_DIFFUSE_INLINE Row rowOfNeighbours(const BlockFaces& g, const Halo<float>& u, int x, int y) {
-  const Row c = loadRow(u.row(x, y));
-  const Row along_x =
-      loadRow(g.x[x][y]) * loadRow(u.row(x - 1, y)) + loadRow(g.x[x + 1][y]) * loadRow(u.row(x + 1, y));
-  const Row along_y =
-      loadRow(g.y[x][y]) * loadRow(u.row(x, y - 1)) + loadRow(g.y[x][y + 1]) * loadRow(u.row(x, y + 1));
-  const Row along_z = loadRow(g.below[x][y]) * shiftedUp(c, u.below[x][y]) +
-                      loadRow(g.above[x][y]) * shiftedDown(c, u.above[x][y]);
   return (along_x + along_y) + along_z;
 }
 

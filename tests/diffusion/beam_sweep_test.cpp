@@ -2,6 +2,7 @@
 
 #include "diffusion/first_scatter.h"
 #include "diffusion/source_shape.h"
+#include "medium/wavefront.h"
 #include "volumes.h"
 
 namespace vdb_diffuse {
@@ -66,6 +67,66 @@ TEST(BeamSweep, AgreesWithMarchingFromEveryVoxel) {
       EXPECT_LT(few, 0.06);
       EXPECT_LT(more, few / 2);
     }
+}
+
+// A triangle in an empty corner, edge on, hides nothing, but is a surface within the volume's box: then each
+// ray is followed by itself, through the same places.
+TEST(BeamSweep, BlocksSeeTheRaysThatAreFollowedOneByOne) {
+  for (const double g : {0.0, 0.7})
+    for (const Vec3d& direction : {Vec3d(0.3, -0.5, -1), Vec3d(-1, 0.9, 0.2), Vec3d(0.1, 1, 0.6)}) {
+      Medium medium = lumpyMedium(g);
+      medium.optics.sigma_s = Vec3d(1.8, 1.2, 0.6);
+      Scene scene = sunAlong(direction);
+      const auto find = [&] {
+        FirstScatterSettings settings;
+        settings.want_flux = settings.want_shape = true;
+        settings.phase_order = 2;
+        return firstScatter(medium, scene, Occluder(scene.surfaces), Model::kDefault, settings);
+      };
+      const FirstScatter blocks = find();
+      Surface edge;
+      const Vec3d p(4, 4, 4), along = 1e-3 * direction;
+      edge.mesh.positions = {p, p + along, p + 0.5 * along + Vec3d(1e-9, 0, 0)};
+      edge.mesh.triangles = {{0, 1, 2}};
+      scene.surfaces.push_back(edge);
+      const FirstScatter rays = find();
+      const auto same = [&](const Field<float>& a, const Field<float>& b, const Field<float>& light) {
+        forEachVoxel(medium.topology(), [&](Coord voxel, size_t i) {
+          ASSERT_NEAR(a[i], b[i], 1e-5 * light[i] + 1e-9) << voxel << ", sun along " << direction;
+        });
+      };
+      ASSERT_EQ(blocks.direct.size(), 3u);
+      ASSERT_EQ(blocks.beam.empty(), g == 0);
+      for (size_t c = 0; c < 3; ++c) {
+        const Field<float>& light = rays.sourceOf(c);
+        same(blocks.direct[c], rays.direct[c], rays.direct[c]);
+        same(blocks.sourceOf(c), light, light);
+        for (int a = 0; a < 3; ++a) {
+          same(blocks.beam_flux[c][a], rays.beam_flux[c][a], light);
+          same(blocks.shape[c].lean[a], rays.shape[c].lean[a], light);
+          same(blocks.shape[c].spread[a], rays.shape[c].spread[a], light);
+        }
+        for (size_t k = 0; g > 0 && k < rays.second_moments[c].size(); ++k)
+          same(blocks.second_moments[c][k], rays.second_moments[c][k], light);
+      }
+    }
+}
+
+// Two far pieces, whose box holds more rays than memory: each is lit as it would be alone.
+TEST(BeamSweep, PiecesFarApartAreLit) {
+  const auto two =
+      std::make_shared<const Topology>(std::vector<Coord>{Coord(0, 0, 0), Coord(1 << 20, 1 << 20, 0)},
+                                       std::vector<BlockMask>(2, BlockMask(true)));
+  ASSERT_TRUE(Wavefront::tooWide(*two, 9));
+  Medium medium;
+  medium.density.topology = two;
+  medium.density.values = Field<float>(*two, 0.5f);
+  const FirstScatter light = lit(medium, sunAlong(Vec3d(0, 0, -1)), 9, false);
+  for (int z = 0; z < 8; ++z) {
+    const double tau = 0.5, expected = std::exp(-tau * (7 - z)) * -std::expm1(-tau) / tau / (4 * M_PI);
+    for (const Coord& p : {Coord(3, 4, z), Coord((1 << 20) + 5, (1 << 20) + 2, z)})
+      EXPECT_NEAR(light.direct[0].at(*two, p), expected, 1e-6 * expected) << p;
+  }
 }
 
 // Along a grid axis one ray per voxel is exact: the column above decides, and the voxel's own mean.
