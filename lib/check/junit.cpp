@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "plot/markup.h"
+
 namespace vdb_diffuse {
 namespace {
 
@@ -15,27 +17,8 @@ std::string validUtf8(const std::string& text) {
   return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : validUtf8(text)) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else if (static_cast<unsigned char>(c) < ' ' && c != '\n' && c != '\t')
-      out += '?';  // XML 1.0 knows no way to write it
-    else
-      out += c;
-  }
-  return out;
-}
-
 std::string attribute(const std::string& name, const std::string& value) {
-  return " " + name + "=\"" + escaped(value) + "\"";
+  return " " + name + "=\"" + escapedMarkup(validUtf8(value)) + "\"";
 }
 
 std::string secondsOf(double seconds) {
@@ -65,7 +48,8 @@ std::string junitXml(const std::string& suite, const std::vector<JUnitCase>& cas
            attribute("time", secondsOf(c.seconds)) + ">\n";
     if (c.verdict == Verdict::kFailed) xml += "      <failure" + attribute("message", c.message) + "/>\n";
     if (c.verdict == Verdict::kNotRun) xml += "      <error" + attribute("message", c.message) + "/>\n";
-    if (!c.output.empty()) xml += "      <system-out>" + escaped(c.output) + "</system-out>\n";
+    if (!c.output.empty())
+      xml += "      <system-out>" + escapedMarkup(validUtf8(c.output)) + "</system-out>\n";
     xml += "    </testcase>\n";
   }
   return xml + "  </testsuite>\n</testsuites>\n";

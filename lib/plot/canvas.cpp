@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "grid/error.h"
+#include "plot/markup.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -18,20 +19,6 @@ constexpr double kHalo = 0.28;           // width of the white edge, of the font
 cairo_status_t append(void* bytes, const unsigned char* data, unsigned int length) {
   static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), length);
   return CAIRO_STATUS_SUCCESS;
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (static_cast<unsigned char>(c) >= ' ')
-      out += c;
-  return out;
 }
 
 /// Cairo numbers its surfaces through the process: without the numbers, the same chart is the same bytes.
@@ -205,8 +192,9 @@ std::string Canvas::finish() {
   if (impl_->format == PictureFormat::kPng) return std::move(impl_->bytes);
   dropSurfaceNumbers(impl_->bytes);
   if (!impl_->texts.empty()) {
-    std::string words = "\n<title>" + escaped(impl_->texts.front()) + "</title>\n<desc>";
-    for (size_t i = 1; i < impl_->texts.size(); ++i) words += (i > 1 ? "; " : "") + escaped(impl_->texts[i]);
+    std::string words = "\n<title>" + escapedMarkup(impl_->texts.front()) + "</title>\n<desc>";
+    for (size_t i = 1; i < impl_->texts.size(); ++i)
+      words += (i > 1 ? "; " : "") + escapedMarkup(impl_->texts[i]);
     const size_t root = impl_->bytes.find("<svg");
     impl_->bytes.insert(impl_->bytes.find('>', root) + 1, words + "</desc>");
   }
