@@ -5,6 +5,7 @@
 #include <openvdb/openvdb.h>
 #include <sys/stat.h>
 
+#include <cstdio>
 #include <fstream>
 
 #include "io/expect_error.h"
@@ -32,6 +33,33 @@ class VdbReader : public ::testing::Test {
   }
   TemporaryFolder folder_;
 };
+
+// A grid that was let go of is read again from the file that was checked: one that has taken its name, or its
+// removal, does not matter.
+TEST_F(VdbReader, ReadsAGridAgainFromAFileThatIsReplacedOrRemoved) {
+  const std::string path = write({fog("density", 0.5f)});
+  const VdbFile file(path);
+  const Volume before = file.readDensity();
+  file.forget("density");
+  const std::string other = folder_.file("other.vdb");
+  openvdb::io::File(other).write(openvdb::GridPtrVec{fog("density", 2)});
+  ASSERT_EQ(std::rename(other.c_str(), path.c_str()), 0);
+  const auto valueNow = [&] { return file.readDensity().values.at(*before.topology, Coord(0, 0, 0)); };
+  EXPECT_EQ(valueNow(), 0.5f);
+  file.forget("density");
+  ASSERT_EQ(std::remove(path.c_str()), 0);
+  EXPECT_EQ(valueNow(), 0.5f);
+}
+
+TEST_F(VdbReader, RefusesToReadAgainAFileThatWasChangedInItsPlace) {
+  const std::string path = write({fog("density")});
+  const VdbFile file(path);
+  file.readDensity();
+  file.forget("density");
+  std::ofstream(path, std::ios::app) << "more";
+  expectError(ExitStatus::kInputRefused, {path, "changed while it was being read"},
+              [&] { file.readDensity(); });
+}
 
 TEST_F(VdbReader, ReadsFloatHalfAndDoubleGridsAlike) {
   auto single = fog("density", 0.5f);
