@@ -7,6 +7,7 @@
 #include "blobs/blob_light.h"
 #include "io/free_memory.h"
 #include "transport/illuminate.h"
+#include "transport/tints.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -41,6 +42,7 @@ void checkMethod(const BakeFlags& flags) {
     return;
   }
   refuse(flags.sweeps.value_or(0) > 0, "--sweeps", ", whose light is too coarse to sweep from; leave it out");
+  refuse(flags.light_groups, "--light-groups", "; leave it out");
   refuse(flags.error.has_value(), "--error", ", which cannot reach an error by itself; leave it out");
   if (flags.blob_form.value_or("") == "collocation" && flags.blobs.value_or(0) > kMostCollocated)
     throw UsageError("--blob-form collocation: takes at most " + std::to_string(kMostCollocated) +
@@ -143,6 +145,35 @@ void logSteps(const Log& log, const Baked& baked) {
   step("write", baked.stats.write, "");
 }
 
+/// All light together; where --light-groups asks for it, that of each group is kept too.
+DiffuseResult lightByGroups(const BakeFlags& flags, const Medium& medium, const Scene& scene,
+                            const DiffuseSettings& settings, const TransportSettings& transport,
+                            std::vector<std::pair<std::string, DiffuseResult>>& kept) {
+  std::vector<LightGroup> groups;
+  if (flags.light_groups) groups = groupLights(scene, !medium.emission.empty());
+  if (groups.empty()) return illuminate(medium, scene, settings, transport);
+  std::vector<DiffuseResult> results = illuminate(medium, scene.surfaces, groups, settings, transport);
+  DiffuseResult sum = results.front();
+  for (size_t g = 1; g < results.size(); ++g) add(results[g], sum);
+  warnOfDarkness(medium, sum);
+  for (size_t g = 0; g < groups.size(); ++g) kept.emplace_back(groups[g].name, std::move(results[g]));
+  return sum;
+}
+
+/// The lighting that --grids asks for, moved out of a result.
+/// \param suffix   of the grids' names
+void addOutputGrids(const BakeFlags& flags, const std::string& suffix, const Metadata& metadata,
+                    DiffuseResult& result, std::vector<OutputGrid>& grids) {
+  if (flags.wants("diffuse"))
+    grids.push_back({"diffuse" + suffix, "W/m^2/sr", std::move(result.diffuse), metadata});
+  if (flags.wants("direct"))
+    grids.push_back({"direct" + suffix, "W/m^2/sr", std::move(result.direct), metadata});
+  if (!flags.wants("flux")) return;
+  Channels components;
+  for (Field<float>& component : result.flux) components.push_back(std::move(component));
+  grids.push_back({"flux" + suffix, "W/m^2", std::move(components), metadata});
+}
+
 }  // namespace
 
 Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress& progress) {
@@ -150,7 +181,7 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   const ModelSettings model = modelOf(flags);
   checkFlags(flags, model);
   if (progress) progress("read", 0);
-  Baked baked{VdbFile(flags.input), scene.medium, {}, {}, {}};
+  Baked baked{VdbFile(flags.input), scene.medium, {}, {}, {}, {}};
   Medium& medium = baked.medium;
   BakeStats& stats = baked.stats;
   medium = flags.readMedium(baked.file, scene.medium);
@@ -177,7 +208,7 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
     if (flags.byBlobs())
       result = blobLight(medium, scene.scene, settings, blobsOf(flags), &stats.blobs);
     else
-      result = illuminate(medium, scene.scene, settings, transport);
+      result = lightByGroups(flags, medium, scene.scene, settings, transport, baked.groups);
   } catch (const InputError& error) {  // which knows no files
     throw InputError(flags.input + ": " + error.what());
   }
@@ -193,15 +224,14 @@ std::vector<OutputGrid> outputGrids(const BakeFlags& flags, Baked& baked) {
   std::vector<OutputGrid> grids;
   Channels source;
   if (flags.wants("source")) source = sourceField(baked.medium, result.direct);
-  if (flags.wants("diffuse")) grids.push_back({"diffuse", "W/m^2/sr", std::move(result.diffuse), metadata});
-  if (flags.wants("direct")) grids.push_back({"direct", "W/m^2/sr", std::move(result.direct), metadata});
-  if (flags.wants("flux")) {
-    Channels components;
-    for (Field<float>& component : result.flux) components.push_back(std::move(component));
-    grids.push_back({"flux", "W/m^2", std::move(components), metadata});
-  }
+  addOutputGrids(flags, "", metadata, result, grids);
   if (flags.wants("source"))
     grids.push_back({"source", "W/m^2/sr per unit length", std::move(source), metadata});
+  for (auto& [name, light] : baked.groups) {
+    Metadata of_group = metadata;
+    of_group["light_group"] = name;
+    addOutputGrids(flags, "_" + name, of_group, light, grids);
+  }
   return grids;
 }
 
@@ -295,6 +325,11 @@ void BakeFlags::addMethodTo(CLI::App& command) {
   command.add_option("--tolerance", tolerance, "Of the solve, on the scaled residual")
       ->group(group)
       ->capture_default_str();
+  command
+      .add_flag(
+          "--light-groups", light_groups,
+          "Write diffuse_NAME and direct_NAME too, for every light or `group` of lights of the scene file")
+      ->group("Output");
   command
       .add_flag("--exact-shadows", exact_shadows,
                 "March from every voxel to every light, slowly, instead of sweeping along each direction")

@@ -13,7 +13,7 @@ struct BakeFlags : LightingFlags {
   double tolerance = 1e-4;
   std::optional<int> sweeps;
   std::optional<double> error;
-  bool exact_shadows = false;
+  bool exact_shadows = false, light_groups = false;
   std::optional<int> blobs;
   std::optional<std::string> blob_form, blob_source;
 
@@ -27,6 +27,7 @@ struct Baked {
   MediumSettings words;  ///< what was said about the medium
   Medium medium;
   DiffuseResult result;
+  std::vector<std::pair<std::string, DiffuseResult>> groups;  ///< what each gives to it; only if wanted
   BakeStats stats;
 };
 

@@ -6,6 +6,7 @@
 
 #include "diffusion/equation.h"
 #include "multigrid/solve.h"
+#include "scene/light_groups.h"
 
 namespace vdb_diffuse {
 
@@ -93,6 +94,15 @@ struct DiffuseResult {
 /// The whole of the paper: first scatter, the diffusion equation, I_d0 in every active voxel.
 /// \throws InputError where the system is singular; Interrupted from `progress`
 DiffuseResult diffuse(const Medium& medium, const Scene& scene, const DiffuseSettings& settings = {});
+
+/// The same for each of at least one group of lights, over one operator where the medium is grey. Of the
+/// seconds, `setup` serves all groups and is told of the first.
+std::vector<DiffuseResult> diffuse(const Medium& medium, const std::vector<Surface>& surfaces,
+                                   const std::vector<LightGroup>& groups, const DiffuseSettings& settings);
+
+/// Adds a warning to a result without light that says why.
+void warnOfDarkness(const Medium& medium, DiffuseResult& result);
+void addOnce(const std::string& warning, std::vector<std::string>& warnings);
 
 /// `sigma_s rho Q0 + sigma_a rho Q`, per unit length, of the unscaled medium.
 Channels sourceField(const Medium& medium, const Channels& direct);

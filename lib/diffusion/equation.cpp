@@ -248,11 +248,11 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
   const Sums sums = sumOverBlocks<Sums>(topology.blockCount(), [&](size_t b) {
     Sums sum;
     const float *rho = medium.density.values.block(b), *q0 = beams.Q0->block(b);
-    const float* emission = medium.emission.empty() ? nullptr : medium.emission.block(b);
+    const float* glow = beams.glow ? beams.glow->block(b) : nullptr;
     float* out = rhs.b.block(b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      const double scattered = tau_s * rho[n] * q0[n], emitted = emission ? tau_a * rho[n] * emission[n] : 0;
+      const double scattered = tau_s * rho[n] * q0[n], emitted = glow ? tau_a * rho[n] * glow[n] : 0;
       sum.scattered += scattered;
       sum.emitted += emitted;
       out[n] = static_cast<float>(scattered + emitted);

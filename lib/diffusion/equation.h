@@ -98,8 +98,9 @@ struct BeamSource {
   const Field<float>* Q0 = nullptr;  ///< mean of the beams, W/m2/sr; null: no sources at all
   const VectorField* Q1_flux =
       nullptr;  ///< their vector mean along the grid's axes (Q1 = 3 g of it); null: g' = 0
-  const BeamShape* shape = nullptr;  ///< where in the voxels they are; null: even
-  double scale = 1;                  ///< factor on everything, a power of two; solutions have it already
+  const BeamShape* shape = nullptr;    ///< where in the voxels they are; null: even
+  const Field<float>* glow = nullptr;  ///< radiance that the medium sends out itself; null: none
+  double scale = 1;                    ///< factor on everything, a power of two; solutions have it already
 };
 
 struct RightHandSide {

@@ -154,9 +154,7 @@ void formFaceHeads(const Equation& e, const Medium& medium, const BeamSource& be
   f.s = e.stretch[axis];
   f.drive = 0.5 * f.s * beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
   f.scatters = beams.scale * e.optics.source_sigma * e.h;
-  f.glows = beams.Q0 && !medium.emission.empty()
-                ? beams.scale * e.optics.sigma_a * e.h * medium.optics.emission_scale
-                : 0;
+  f.glows = beams.glow ? beams.scale * e.optics.sigma_a * e.h * medium.optics.emission_scale : 0;
   f.shaped = beams.Q0 && e.settings.profile;
   if (heads.upper.empty()) heads.upper = heads.lower = Field<float>(topology);
   forEachBlock(topology.blockCount(), [&](size_t b) {
@@ -165,7 +163,7 @@ void formFaceHeads(const Equation& e, const Medium& medium, const BeamSource& be
     block.rho = medium.density.values.block(b);
     block.share = shares.along(axis);
     if (beams.Q0) block.Q0 = beams.Q0->block(b);
-    if (f.glows != 0) block.Q = medium.emission.block(b);
+    if (f.glows != 0) block.Q = beams.glow->block(b);
     if (beams.Q1_flux) block.flux = (*beams.Q1_flux)[axis].block(b);
     if (beams.shape) {
       block.lean = beams.shape->lean[axis].block(b);

@@ -46,7 +46,9 @@ struct JsonPlace {
   }
   /// A path relative to the file's folder.
   std::string pathIn(const char* key) const;
-  std::string name() const { return has("name") ? (*this)["name"].text() : ""; }
+  std::string textOr(const char* key, const std::string& usual) const {
+    return has(key) ? (*this)[key].text() : usual;
+  }
 };
 
 /// ", did you mean 'x'?", or all that is known where nothing is near.

@@ -44,7 +44,7 @@ Light lightOf(const Place& light, Up up) {
   light.needs({"type"});
   const std::string type = light["type"].text();
   const auto onlyKeys = [&](std::vector<std::string> known) {
-    known.insert(known.end(), {"type", "name"});
+    known.insert(known.end(), {"type", "name", "group"});
     light.onlyKeys(known);
   };
   if (type == "sun") {
@@ -87,7 +87,7 @@ Light lightOf(const Place& light, Up up) {
 Surface surfaceOf(const Place& surface, Up up) {
   surface.onlyKeys({"mesh", "albedo", "name"});
   surface.needs({"mesh"});
-  return {surface.name(), readMesh(surface.pathIn("mesh"), up), surface.rgbOr("albedo", 0, 1)};
+  return {surface.textOr("name", ""), readMesh(surface.pathIn("mesh"), up), surface.rgbOr("albedo", 0, 1)};
 }
 
 }  // namespace
@@ -118,7 +118,7 @@ SceneFile readSceneFile(const std::string& path, Up up) {
     for (size_t i = 0; i < list.value.size(); ++i) {
       const Place item = list[i];
       if (key == std::string("lights"))
-        file.scene.lights.push_back({item.name(), lightOf(item, up)});
+        file.scene.lights.push_back({item.textOr("name", ""), lightOf(item, up), item.textOr("group", "")});
       else
         file.scene.surfaces.push_back(surfaceOf(item, up));
     }

@@ -28,10 +28,10 @@ struct SceneFile {
 /// Everything at once: a .json scene (medium, lights, surfaces) or a .gltf/.glb file (lights and surfaces).
 /// In JSON, angles are degrees, paths are relative to the file, and RGB is a number or three; an unknown key
 /// is an error. A sun and a spot need a direction, a point and a spot a position, an area light and a surface
-/// a mesh; radiance, intensity and irradiance are 1 and a surface is black where nothing is said. `sigma_t`
-/// with `albedo` may stand for `sigma_s` and `sigma_a`. \param up   the VDB's axis that points up: glTF
-/// files, also those a JSON scene names, are turned to it \throws InputError with the path and the place in
-/// the file: "scene.json: lights[2].angle: ..."
+/// a mesh; `group` sets a light apart; radiance, intensity and irradiance are 1 and a surface is black where
+/// nothing is said. `sigma_t` with `albedo` may stand for `sigma_s` and `sigma_a`. \param up   the VDB's axis
+/// that points up: glTF files, also those a JSON scene names, are turned to it \throws InputError with the
+/// path and the place in the file: "scene.json: lights[2].angle: ..."
 SceneFile readSceneFile(const std::string& path, Up up = Up::kZ);
 
 }  // namespace vdb_diffuse

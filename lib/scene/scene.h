@@ -64,6 +64,7 @@ using Light = std::variant<SunLight, PointLight, SpotLight, AreaLight, DomeLight
 struct NamedLight {
   std::string name;
   Light light;
+  std::string group = "";  ///< whose light is wanted apart from others'; empty: its own
 };
 
 struct Surface {

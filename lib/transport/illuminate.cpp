@@ -1,341 +1,82 @@
 #include "transport/illuminate.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <map>
-#include <memory>
 
-#include "medium/angular_basis.h"
-#include "surfaces/surface_light.h"
-#include "transport/error_estimate.h"
-#include "transport/source.h"
-#include "transport/voxel_slopes.h"
+#include "transport/tints.h"
 
 namespace vdb_diffuse {
 namespace {
-
-/// Half resistance r = 1/(2D), in mean voxel sizes, above which the correction of a voxel is damped. What
-/// changes from voxel to voxel passes a thick one mostly by the jumps of a source that is linear in each, not
-/// by its D, and a correction with the D of the medium overshoots. In a slab r = 2 converges fastest up to
-/// four optical depths a voxel and 3 beyond; in a fractal cloud 2 swings about the answer, 1 still does at
-/// eleven optical depths a voxel, and from 0.5 to 0.7 it settles.
-constexpr double kMostResistance = 0.6;
-
-/// The factor of returned light (ReturnedLight) on an outer face, below which the correction opens the face
-/// further. Where little of a crevice's light seems to get out but the sweep lets out more, the correction
-/// overshoots there and only there, which no sum over the volume shows: in the teapot's it grew to 10,000
-/// times the light by the eighth sweep, and 0.2 left 0.4 % after eight sweeps that 0.5 does not.
-constexpr float kLeastReturned = 0.5;
 
 /// A volume whose voxels have more optical depths on average is not swept: in a shell of nine in every voxel
 /// sweeps were further from Monte Carlo than none by two hundredths. Clouds have thin voxels at their edges,
 /// and gain with eleven in the densest.
 constexpr double kThickestVoxels = 8;
-/// Weighted by density. In thinner ones sweeps come to rest, and nothing is kept to return to.
-constexpr double kThinVoxels = 0.5;
-
-/// What a step changes.
-struct Light {
-  Field<double> I0;
-  VectorField flux;
-  double escaped = 0;
-  bool converged = true;
-  double relative_residual = 0;
-};
-
-/// Two sums, one over the other.
-struct Ratio {
-  double above = 0, below = 0;
-  void operator+=(const Ratio& o) {
-    above += o.above;
-    below += o.below;
-  }
-};
-
-/// Optical depth of a voxel, the mean over those that are not empty or weighted by density.
-struct MeanDepth {
-  double plain = 0, by_density = 0;
-};
-
-MeanDepth meanDepth(const Medium& medium, double sigma_t) {
-  const Topology& topology = medium.topology();
-  struct Sums {
-    double voxels = 0, density = 0, square = 0;
-    void operator+=(const Sums& o) {
-      voxels += o.voxels;
-      density += o.density;
-      square += o.square;
-    }
-  };
-  const Sums sums = sumOverBlocks<Sums>(topology.blockCount(), [&](size_t b) {
-    Sums sum;
-    const float* rho = medium.density.values.block(b);
-    for (int n = 0; n < kBlockVoxels; ++n) {
-      sum.voxels += rho[n] > 0;
-      sum.density += rho[n];
-      sum.square += static_cast<double>(rho[n]) * rho[n];
-    }
-    return sum;
-  });
-  if (!(sums.density > 0)) return {};
-  const double per_density = sigma_t * medium.transform().meanVoxelSize();
-  return {per_density * sums.density / sums.voxels, per_density * sums.square / sums.density};
+/// Sweeps are left out where voxels are so thick that they would not help; then with a warning.
+std::string whyNotSwept(const Medium& medium, Model model) {
+  double depth = 0;
+  for (int c = 0; c < 3; ++c)
+    depth = std::max(depth, meanDepth(medium, channelOptics(medium.optics, c, model, 2).sigma_t_beam).plain);
+  if (depth <= kThickestVoxels) return "";
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "no transport sweeps: a voxel has %.3g optical depths on average, and above %g diffusion alone is "
+      "nearer; use a finer volume",
+      depth, kThickestVoxels);
+  return text;
 }
 
-bool reflects(const std::vector<Surface>& surfaces, int channel) {
-  return std::any_of(surfaces.begin(), surfaces.end(),
-                     [&](const Surface& s) { return s.albedo[channel] > 0; });
+/// Each group in the light's own colours or, where there are few, one grey group for each of them.
+std::vector<DiffuseResult> byTint(const Medium& medium, const std::vector<Surface>& surfaces,
+                                  const std::vector<LightGroup>& groups, const DiffuseSettings& settings) {
+  std::vector<TintedLight> parts;
+  std::vector<size_t> group_of;
+  for (const LightGroup& group : groups) {
+    std::vector<TintedLight> tints = splitByTint(medium, surfaces, group);
+    if (tints.empty()) tints.push_back({Vec3d(1), group});
+    for (TintedLight& t : tints) {
+      parts.push_back(std::move(t));
+      group_of.push_back(&group - groups.data());
+    }
+  }
+  std::vector<LightGroup> lights;
+  for (TintedLight& part : parts) lights.push_back(std::move(part.grey));
+  std::vector<DiffuseResult> solved = diffuse(medium, surfaces, lights, settings);
+  std::vector<DiffuseResult> results;
+  for (size_t i = 0; i < solved.size(); ++i) {
+    if (parts[i].tint != Vec3d(1)) solved[i] = tinted(std::move(solved[i]), parts[i].tint);
+    if (group_of[i] == results.size())
+      results.push_back(std::move(solved[i]));
+    else
+      add(std::move(solved[i]), results.back());
+  }
+  return results;
 }
-
-/// A set of directions on the grid, and where surfaces cut their rays.
-struct Rays {
-  Wavefront wavefront;
-  SurfaceCuts cuts;
-};
-
-/// Where the swept light leaves the medium this much faster than the correction's operator would let the same
-/// light go, the operator's openings are widened: one that holds back too much overshoots, from twice too
-/// much on for ever.
-constexpr double kMostLeakRatio = 1.2;
-
-class Refinement {
- public:
-  Refinement(const Medium& medium, const DiffuseSettings& settings, const TransportSettings& transport)
-      : medium_(medium), settings_(settings), transport_(transport) {}
-
-  void operator()(ChannelSolution& channel) {
-    const Equation& e = channel.equation;
-    if (scaledNormSquared(*e.A, channel.rhs.b) == 0) return;  // no light
-    setUpCorrection(channel);
-    second_.clear();
-    const bool vectors = e.optics.g != 0 || settings_.want_flux;
-    if (vectors) {
-      for (Field<float>& component : channel.flux) component = Field<float>(medium_.topology());
-      diffusiveFlux(e, medium_, channel.I0, channel.beams, &channel.flux);
-    }
-    slopes_ = std::make_unique<VoxelSlopes>(channel, medium_);
-    std::unique_ptr<SurfaceLight> around;
-    const double depth = meanDepth(medium_, e.optics.sigma_t_beam).by_density;
-    ErrorEstimate estimate(depth, medium_.optics.g);
-    double last_change = HUGE_VAL;
-    // What few directions bring to a ground they bring in spots, and take back from those.
-    const int coarse_sweeps = reflects(*e.settings.surfaces, e.channel) ? 0 : transport_.coarse_sweeps;
-    for (int k = 0; k < transport_.sweeps; ++k) {
-      if (settings_.progress) settings_.progress("sweeps", static_cast<double>(k) / transport_.sweeps);
-      if (k == 0 || k == coarse_sweeps) {
-        rays_ = &raysOf(k < coarse_sweeps ? transport_.directions : transport_.fine_directions, channel);
-        last_change = HUGE_VAL;  // other directions, other errors of theirs
-        around.reset();
-        if (!rays_->cuts.empty())
-          around =
-              std::make_unique<SurfaceLight>(rays_->wavefront, rays_->cuts, *e.settings.surfaces, e.channel);
-        // Without it the light between medium and ground would lag behind by one sweep.
-        if (around && around->reflects()) sweepFrom(channel, 0, around.get());
-      }
-      const Light before = depth > kThinVoxels && k > 0 ? Light{channel.I0, channel.flux, channel.escaped,
-                                                                channel.converged, channel.relative_residual}
-                                                        : Light();
-      const double change = step(channel, vectors, around.get());
-      if (!before.I0.empty() && !(change < last_change)) {
-        channel.I0 = before.I0;
-        channel.flux = before.flux;
-        channel.escaped = before.escaped;
-        channel.converged = before.converged;
-        channel.relative_residual = before.relative_residual;
-        channel.warnings.push_back("sweeps no longer come nearer to each other after the first " +
-                                   std::to_string(k) + "; the result is that of those");
-        break;
-      }
-      last_change = change;
-      channel.estimated_error = estimate.afterStep(change);
-      ++channel.sweeps;
-      if (transport_.error && *channel.estimated_error <= *transport_.error) break;
-    }
-  }
-
- private:
-  const Medium& medium_;
-  const DiffuseSettings settings_;
-  const TransportSettings transport_;
-  std::map<int, Rays> rays_by_directions_;
-  const Rays* rays_ = nullptr;           // of the sweep at hand
-  std::unique_ptr<VoxelSlopes> slopes_;  // of the light of the channel at hand
-  std::vector<Field<float>> second_;     // moments of its light
-  const Equation* equation_ = nullptr;   // whose correction is set up
-  const Equation* correction_ = nullptr;
-  Multigrid* multigrid_ = nullptr;
-  std::unique_ptr<Equation> damped_;
-  std::unique_ptr<Multigrid> damped_multigrid_;
-
-  const Rays& raysOf(int directions, const ChannelSolution& channel) {
-    const auto found = rays_by_directions_.find(directions);
-    if (found != rays_by_directions_.end()) return found->second;
-    const Equation& e = channel.equation;
-    Wavefront wavefront(medium_.density.topology, Vec3d(e.stretch[0], e.stretch[1], e.stretch[2]),
-                        halfRangeSet(directions));
-    SurfaceCuts cuts =
-        findSurfaceCuts(wavefront, medium_.transform(), channel.occluder, *e.settings.surfaces);
-    return rays_by_directions_.emplace(directions, Rays{std::move(wavefront), std::move(cuts)}).first->second;
-  }
-
-  /// A sweep of the light as it is; afterwards surfaces send out what it has brought them.
-  SweepResult sweepFrom(const ChannelSolution& channel, size_t moments, SurfaceLight* surfaces) const {
-    SweepSource source;
-    formSweepSource(channel, medium_, slopes_->now(channel, medium_), second_, source);
-    const bool want_slope = slopes_->needsSwept();
-    if (!surfaces) return sweep(rays_->wavefront, source, moments, want_slope);
-    const Obstacles obstacles = surfaces->obstacles();
-    SweepResult swept = sweep(rays_->wavefront, source, moments, want_slope, &obstacles);
-    surfaces->turn();
-    return swept;
-  }
-
-  /// One sweep and the correction that follows it; returns by how much the light has changed, RMS weighted by
-  /// density over that of the result.
-  double step(ChannelSolution& channel, bool vectors, SurfaceLight* surfaces) {
-    const Topology& topology = medium_.topology();
-    SweepResult swept = sweepFrom(channel, vectors ? kFirstOrder : 0, surfaces);
-    const double leak = escapedThrough(*correction_, medium_, swept.mean);
-    if (leak > 0 && swept.escaped > kMostLeakRatio * leak)
-      setCorrection(correction_->settings.most_resistance,
-                    correction_->settings.opening * swept.escaped / leak);
-    const Field<float> R = imbalance(channel, swept);
-    Field<double> d(topology);
-    solveCorrection(channel, R, d);
-    channel.escaped = swept.escaped + escapedThrough(*correction_, medium_, d);
-    const Ratio change = sumOverBlocks<Ratio>(topology.blockCount(), [&](size_t b) {
-      Ratio sum;
-      const float* rho = medium_.density.values.block(b);
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        const int n = static_cast<int>(it.pos());
-        double& I0 = channel.I0.block(b)[n];
-        const double now = swept.mean.block(b)[n] + d.block(b)[n];
-        sum.above += rho[n] * (now - I0) * (now - I0);
-        sum.below += rho[n] * now * now;
-        I0 = now;
-      }
-      return sum;
-    });
-    if (slopes_->needsSwept() || vectors) updateMoments(channel, swept, d, vectors);
-    return change.below > 0 ? std::sqrt(change.above / change.below) : 0;
-  }
-
-  void updateMoments(ChannelSolution& channel, SweepResult& swept, const Field<double>& d, bool vectors) {
-    const Topology& topology = medium_.topology();
-    VectorField flux, slope;
-    if (vectors)
-      for (Field<float>& component : flux) component = Field<float>(topology);
-    const bool slopes = slopes_->needsSwept();
-    if (slopes)
-      for (Field<float>& component : slope) component = Field<float>(topology);
-    diffusiveFlux(*correction_, medium_, d, {}, vectors ? &flux : nullptr, slopes ? &slope : nullptr);
-    if (slopes) slopes_->update(channel, medium_, swept.slope, slope);
-    if (!vectors) return;
-    second_.clear();
-    for (size_t k = kFirstOrder; k < swept.moments.size(); ++k)
-      second_.push_back(std::move(swept.moments[k]));
-    const float per_moment = static_cast<float>(1 / std::sqrt(3.0));
-    for (int a = 0; a < 3; ++a)
-      forEachBlock(topology.blockCount(), [&](size_t b) {
-        for (int n = 0; n < kBlockVoxels; ++n)
-          channel.flux[a].block(b)[n] = swept.moments[a].block(b)[n] * per_moment + flux[a].block(b)[n];
-      });
-  }
-
-  void solveCorrection(ChannelSolution& channel, const Field<float>& R, Field<double>& d) {
-    const double norm = std::sqrt(scaledNormSquared(*correction_->A, channel.rhs.b));
-    const double size = std::sqrt(scaledNormSquared(*correction_->A, R));
-    if (!(size > 0 && norm > 0)) return;
-    SolveSettings solving;
-    solving.tolerance = std::min(settings_.tolerance * norm / size, 0.1);
-    solving.max_iterations = settings_.max_iterations;
-    const SolveReport report = solve(*multigrid_, R, d, solving);
-    channel.converged = channel.converged && report.converged;
-    meansOfSolution(*correction_, medium_, d);
-    channel.iterations += report.iterations;
-    channel.relative_residual = report.relative_residual * size / norm;
-  }
-
-  /// The equation itself, or where some voxel holds back too much one with its resistances bounded.
-  void setUpCorrection(ChannelSolution& channel) {
-    const Equation& e = channel.equation;
-    if (equation_ == &e && damped_) return;
-    equation_ = correction_ = &e;
-    multigrid_ = channel.multigrid;
-    const Topology& topology = medium_.topology();
-    const Field<float>* returned = e.settings.returned.get();
-    const size_t held_back = sumOverBlocks<size_t>(topology.blockCount(), [&](size_t b) {
-      size_t count = 0;
-      const float* rho = medium_.density.values.block(b);
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        count += e.profile(rho[it.pos()]).r > kMostResistance;
-        count += returned && returned->block(b)[it.pos()] < kLeastReturned;
-      }
-      return count;
-    });
-    if (held_back > 0) setCorrection(kMostResistance, 1);
-  }
-
-  void setCorrection(double most_resistance, double opening) {
-    EquationSettings settings = equation_->settings;
-    settings.most_resistance = most_resistance;
-    settings.opening = opening;
-    settings.least_returned = kLeastReturned;
-    damped_ = std::make_unique<Equation>(
-        formEquation(medium_, equation_->optics, equation_->channel, settings_.model.model, settings));
-    damped_multigrid_ = std::make_unique<Multigrid>(damped_->A);
-    correction_ = damped_.get();
-    multigrid_ = damped_multigrid_.get();
-  }
-
-  Field<float> imbalance(const ChannelSolution& channel, const SweepResult& swept) const {
-    const Equation& e = channel.equation;
-    const Topology& topology = medium_.topology();
-    const double tau_s = e.optics.sigma_s * e.h * channel.scale, tau_a = e.optics.sigma_a * e.h;
-    const double emission =
-        medium_.emission.empty() ? 0 : tau_a * medium_.optics.emission_scale * channel.scale;
-    Field<float> R(topology);
-    forEachBlock(topology.blockCount(), [&](size_t b) {
-      const float* rho = medium_.density.values.block(b);
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        const int n = static_cast<int>(it.pos());
-        const double Q = emission != 0 ? emission * medium_.emission.block(b)[n] : 0;
-        R.block(b)[n] = static_cast<float>(
-            rho[n] * (tau_s * channel.beams.Q0->block(b)[n] + Q - tau_a * swept.mean.block(b)[n]) -
-            swept.divergence.block(b)[n]);
-      }
-    });
-    return R;
-  }
-};
 
 }  // namespace
 
+std::vector<DiffuseResult> illuminate(const Medium& medium, const std::vector<Surface>& surfaces,
+                                      const std::vector<LightGroup>& groups, const DiffuseSettings& settings,
+                                      const TransportSettings& transport) {
+  const std::string why = transport.sweeps > 0 ? whyNotSwept(medium, settings.model.model) : "";
+  DiffuseSettings refined = settings;
+  if (transport.sweeps > 0 && why.empty()) {
+    refined.source.phase_order = 2;
+    refined.refine = transportRefinement(medium, settings, transport);
+  }
+  std::vector<DiffuseResult> results = byTint(medium, surfaces, groups, refined);
+  for (DiffuseResult& result : results)
+    if (!why.empty()) addOnce(why, result.warnings);
+  return results;
+}
+
 DiffuseResult illuminate(const Medium& medium, const Scene& scene, const DiffuseSettings& settings,
                          const TransportSettings& transport) {
-  if (transport.sweeps <= 0) return diffuse(medium, scene, settings);
-  double depth = 0;
-  for (int c = 0; c < 3; ++c)
-    depth = std::max(
-        depth,
-        meanDepth(medium, channelOptics(medium.optics, c, settings.model.model, 2).sigma_t_beam).plain);
-  if (depth > kThickestVoxels) {
-    DiffuseResult result = diffuse(medium, scene, settings);
-    char text[160];
-    std::snprintf(
-        text, sizeof text,
-        "no transport sweeps: a voxel has %.3g optical depths on average, and above %g diffusion alone is "
-        "nearer; use a finer volume",
-        depth, kThickestVoxels);
-    result.warnings.push_back(text);
-    return result;
-  }
-  const auto refinement = std::make_shared<Refinement>(medium, settings, transport);
-  DiffuseSettings refined = settings;
-  refined.source.phase_order = 2;
-  refined.refine = [refinement](ChannelSolution& channel) { (*refinement)(channel); };
-  return diffuse(medium, scene, refined);
+  DiffuseResult result =
+      std::move(illuminate(medium, scene.surfaces, {{"", scene.lights}}, settings, transport).front());
+  warnOfDarkness(medium, result);
+  return result;
 }
 
 }  // namespace vdb_diffuse

@@ -1,17 +1,8 @@
 #pragma once
 
-#include "diffusion/diffuse.h"
+#include "transport/refinement.h"
 
 namespace vdb_diffuse {
-
-struct TransportSettings {
-  int sweeps = 2;  ///< after the diffusion solve, each followed by a correction
-  std::optional<double>
-      error;                  ///< sweep until the estimated error is at most this; `sweeps` is then the most
-  int directions = 96;        ///< of a sweep, see halfRangeSet
-  int fine_directions = 168;  ///< of later sweeps, and of all where surfaces reflect
-  int coarse_sweeps = 2;      ///< with the fewer: what is left after them is theirs
-};
 
 /// Diffusion, then transport sweeps that buy its model error down.
 ///
@@ -24,5 +15,11 @@ struct TransportSettings {
 /// diffusion synthetic acceleration (Alcouffe 1977; Larsen 1984). Energy closes after every step.
 DiffuseResult illuminate(const Medium& medium, const Scene& scene, const DiffuseSettings& settings,
                          const TransportSettings& transport);
+
+/// The same for each of at least one group of lights. What serves all is done once: operators, hierarchies,
+/// the directions' rays; and in a grey medium light is solved for by its colour, not by red, green and blue.
+std::vector<DiffuseResult> illuminate(const Medium& medium, const std::vector<Surface>& surfaces,
+                                      const std::vector<LightGroup>& groups, const DiffuseSettings& settings,
+                                      const TransportSettings& transport);
 
 }  // namespace vdb_diffuse

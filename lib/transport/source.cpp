@@ -13,8 +13,6 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium, const
   const Topology& topology = *e.A->topology;
   const double extinction = e.optics.sigma_t_beam,
                albedo = extinction > 0 ? e.optics.sigma_s / extinction : 0;
-  const double emission =
-      medium.emission.empty() ? 0 : (1 - albedo) * medium.optics.emission_scale * channel.scale;
   const double anisotropy = std::sqrt(3.0) * e.optics.g * albedo;  // of the moments, sqrt(3) times the flux
   source.tau = Field<float>(topology);
   source.J = Field<float>(topology);
@@ -25,12 +23,13 @@ void formSweepSource(const ChannelSolution& channel, const Medium& medium, const
   for (int k = 0; k < moments; ++k) source.angular.emplace_back(topology);
 
   const BeamSource& beams = channel.beams;
+  const double emission = beams.glow ? (1 - albedo) * medium.optics.emission_scale * channel.scale : 0;
   forEachBlock(topology.blockCount(), [&](size_t b) {
     const float *rho = medium.density.values.block(b), *Q0 = beams.Q0->block(b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
       source.tau.block(b)[n] = static_cast<float>(extinction * e.h * rho[n]);
-      const double Q = emission != 0 ? emission * medium.emission.block(b)[n] : 0;
+      const double Q = emission != 0 ? emission * beams.glow->block(b)[n] : 0;
       source.J.block(b)[n] =
           static_cast<float>(albedo * (channel.I0.block(b)[n] + channel.scale * Q0[n]) + Q);
       for (int k = 0; k < std::min(moments, kFirstOrder); ++k) {

@@ -51,6 +51,23 @@ TEST(Bake, StatsHaveEveryKeyAndTheEnergyCloses) {
   }
 }
 
+TEST(Bake, LightGroupsAreWrittenBesideTheirSum) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder);
+  std::ofstream(folder.file("scene.json")) << R"({"lights": [
+      {"type": "sun", "direction": [1, 0.5, -1], "irradiance": [3, 2, 1], "name": "key"},
+      {"type": "dome", "radiance": 0.2},
+      {"type": "point", "position": [0, 0, 9], "intensity": 50, "group": "key"}]})";
+  const std::string scene = "--scene " + folder.file("scene.json") + " --light-groups --grids diffuse,direct";
+  EXPECT_EQ(bake(folder, cloud, scene).outcome.status, 0);
+  const VdbFile lit(folder.file("lit.vdb"));
+  std::vector<std::string> names;
+  for (const GridSummary& grid : lit.grids()) names.push_back(grid.name + " " + grid.value_type);
+  EXPECT_EQ(names, (std::vector<std::string>{"diffuse vec3s", "diffuse_dome float", "diffuse_key vec3s",
+                                             "direct vec3s", "direct_dome float", "direct_key vec3s"}));
+  EXPECT_EQ(bake(folder, cloud, scene + " --method blobs").outcome.status, 2);
+}
+
 TEST(Bake, GridsAreThoseAskedForAndColouredWhereTheLightIs) {
   const TemporaryFolder folder;
   const std::string cloud = smallCloud(folder);

@@ -36,8 +36,10 @@ struct Channel {
   /// With the diffuse light I0(p) and no flux.
   template <typename Function>
   ChannelSolution solution(double scale, const Function& I0) {
-    ChannelSolution channel(*equation, multigrid.get(), {&Q0, &Q1_flux, shape ? &*shape : nullptr, scale},
-                            &Q2_moments, rhs, nothing);
+    const Field<float>* glow = medium.emission.empty() ? nullptr : &medium.emission;
+    ChannelSolution channel(*equation, multigrid.get(),
+                            {&Q0, &Q1_flux, shape ? &*shape : nullptr, glow, scale}, &Q2_moments, rhs,
+                            nothing);
     for (Field<float>& component : channel.flux) component = Field<float>(medium.topology());
     forEachVoxel(medium.topology(), [&](Coord p, size_t i) { channel.I0[i] = scale * I0(p); });
     return channel;

@@ -1,0 +1,109 @@
+#include "transport/tints.h"
+
+#include <algorithm>
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr size_t kMostTints = 2;
+
+/// The factor on a light's strength, or null for one whose colour is a picture's.
+Vec3d* strengthOf(Light& light) {
+  if (auto* l = std::get_if<SunLight>(&light)) return &l->irradiance;
+  if (auto* l = std::get_if<PointLight>(&light)) return &l->intensity;
+  if (auto* l = std::get_if<SpotLight>(&light)) return &l->intensity;
+  if (auto* l = std::get_if<AreaLight>(&light)) return &l->radiance;
+  auto* dome = std::get_if<DomeLight>(&light);
+  if (!dome->image) return &dome->radiance;
+  for (const Vec3f& pixel : dome->image->pixels)
+    if (pixel[0] != pixel[1] || pixel[0] != pixel[2]) return nullptr;
+  return &dome->radiance;
+}
+
+Field<float> times(const Field<float>& field, float factor) {
+  Field<float> product = field;
+  forEachBlock(product.blockCount(), [&](size_t b) {
+    for (int n = 0; n < kBlockVoxels; ++n) product.block(b)[n] *= factor;
+  });
+  return product;
+}
+
+void tint(Channels& channels, const Vec3d& colour) {
+  Channels three;
+  for (int c = 0; c < 3; ++c) three.push_back(times(channels.front(), static_cast<float>(colour[c])));
+  channels = std::move(three);
+}
+
+void addFields(Channels part, Channels& sum) {
+  if (part.size() < sum.size()) tint(part, Vec3d(1));
+  if (sum.size() < part.size()) tint(sum, Vec3d(1));
+  for (size_t c = 0; c < sum.size(); ++c)
+    forEachBlock(sum[c].blockCount(), [&](size_t b) {
+      for (int n = 0; n < kBlockVoxels; ++n) sum[c].block(b)[n] += part[c].block(b)[n];
+    });
+}
+
+}  // namespace
+
+std::vector<TintedLight> splitByTint(const Medium& medium, const std::vector<Surface>& surfaces,
+                                     const LightGroup& group) {
+  if (!medium.optics.grey() || greyLight({group.lights, surfaces}) || !greyLight({{}, surfaces})) return {};
+  std::vector<TintedLight> tints;
+  const auto of = [&](const Vec3d& tint) -> LightGroup& {
+    for (TintedLight& t : tints)
+      if (t.tint == tint) return t.grey;
+    tints.push_back({tint, {group.name, {}, false}});
+    return tints.back().grey;
+  };
+  for (NamedLight named : group.lights) {
+    Vec3d* strength = strengthOf(named.light);
+    if (!strength) return {};
+    const double most = std::max({(*strength)[0], (*strength)[1], (*strength)[2]});
+    if (!(most > 0)) continue;
+    const Vec3d colour = *strength / most;
+    *strength = Vec3d(most);
+    of(colour).lights.push_back(std::move(named));
+  }
+  if (group.emission && !medium.emission.empty()) of(Vec3d(1)).emission = true;
+  if (tints.size() > kMostTints) return {};
+  return tints;
+}
+
+DiffuseResult tinted(DiffuseResult grey, const Vec3d& colour) {
+  tint(grey.diffuse, colour);
+  tint(grey.direct, colour);
+  double luminance = 0;
+  for (int c = 0; c < 3; ++c) luminance += kLuminance[c] * colour[c];
+  for (Field<float>& component : grey.flux)
+    if (!component.empty()) component = times(component, static_cast<float>(luminance));
+  Energy& energy = grey.energy;
+  for (double* power : {&energy.scattered_in, &energy.emitted, &energy.absorbed, &energy.escaped})
+    *power *= luminance;
+  return grey;
+}
+
+void add(DiffuseResult part, DiffuseResult& sum) {
+  addFields(std::move(part.diffuse), sum.diffuse);
+  addFields(std::move(part.direct), sum.direct);
+  for (int a = 0; a < 3; ++a)
+    for (size_t i = 0; i < sum.flux[a].size(); ++i) sum.flux[a][i] += part.flux[a][i];
+  sum.energy.scattered_in += part.energy.scattered_in;
+  sum.energy.emitted += part.energy.emitted;
+  sum.energy.absorbed += part.energy.absorbed;
+  sum.energy.escaped += part.energy.escaped;
+  sum.converged = sum.converged && part.converged;
+  sum.iterations = std::max(sum.iterations, part.iterations);
+  sum.relative_residual = std::max(sum.relative_residual, part.relative_residual);
+  sum.levels = std::max(sum.levels, part.levels);
+  sum.sweeps = std::max(sum.sweeps, part.sweeps);
+  if (part.estimated_error)
+    sum.estimated_error = std::max(sum.estimated_error.value_or(0), *part.estimated_error);
+  sum.negative_voxels += part.negative_voxels;
+  sum.seconds_source += part.seconds_source;
+  sum.seconds_setup += part.seconds_setup;
+  sum.seconds_solve += part.seconds_solve;
+  sum.seconds_sweeps += part.seconds_sweeps;
+  for (const std::string& warning : part.warnings) addOnce(warning, sum.warnings);
+}
+
+}  // namespace vdb_diffuse
