@@ -6,6 +6,7 @@
 
 #include "blobs/blob_light.h"
 #include "io/free_memory.h"
+#include "medium/coarse_medium.h"
 #include "transport/illuminate.h"
 #include "transport/tints.h"
 
@@ -58,9 +59,9 @@ BlobSettings blobsOf(const BakeFlags& flags) {
   return settings;
 }
 
-/// Refuses a bake that would not fit, before it allocates. Counted in 4-byte fields over the blocks: density,
-/// and per channel the light, its vector means, and the results; then one solve.
-void checkMemory(const std::string& path, const Medium& medium, bool flux, bool sweeps) {
+/// Bytes that a bake takes at its peak. Counted in 4-byte fields over the blocks: density, and per channel
+/// the light, its vector means, and the results; then one solve.
+double memoryNeeded(const Medium& medium, bool flux, bool sweeps) {
   const bool anisotropic = medium.optics.g != 0;
   const double per_channel =
       2 + (medium.optics.g > 0 ? 1 : 0) + (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
@@ -70,15 +71,30 @@ void checkMemory(const std::string& path, const Medium& medium, bool flux, bool 
   constexpr double kMoments = 25;  // of source, light and beams
   const double fields =
       1 + 3 * per_channel + (flux ? 6 : 0) + kSolve + (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
-  const double need = fields * sizeof(float) * kBlockVoxels * medium.topology().blockCount();
-  const double free = static_cast<double>(freeMemory());
+  return fields * sizeof(float) * kBlockVoxels * static_cast<double>(medium.topology().blockCount());
+}
+
+constexpr int kMostCoarsening = 4;
+
+/// Halves the resolution as often as --coarsen says, or as memory asks. \return how often
+int coarsenToFit(const BakeFlags& flags, bool flux, bool sweeps, Medium& medium) {
+  const bool fit = flags.coarsen == "auto";
+  const int wanted = fit ? 0 : std::stoi(flags.coarsen);
+  int times = 0;
+  double need = 0, free = 0;
+  while (true) {
+    need = memoryNeeded(medium, flux, sweeps);
+    free = static_cast<double>(freeMemory());
+    if (times >= wanted && (need <= free || !fit || times == kMostCoarsening)) break;
+    medium = coarsened(medium);
+    ++times;
+  }
+  if (need <= free) return times;
   constexpr double kGiB = 1024.0 * 1024 * 1024;
-  if (need <= free) return;
-  char line[160];
-  std::snprintf(line, sizeof line,
-                ": baking it may take %.1f GiB and %.1f GiB are free; use a coarser volume", need / kGiB,
-                free / kGiB);
-  throw InputError(path + line);
+  char line[200];
+  std::snprintf(line, sizeof line, ": baking it may take %.1f GiB and %.1f GiB are free; %s", need / kGiB,
+                free / kGiB, fit ? "clip it" : "--coarsen auto solves it in larger voxels");
+  throw InputError(flags.input + line);
 }
 
 Metadata settingsOf(const BakeFlags& flags, const Medium& medium, const MediumSettings& words,
@@ -87,6 +103,7 @@ Metadata settingsOf(const BakeFlags& flags, const Medium& medium, const MediumSe
   m["model"] = flags.model;
   m["method"] = flags.method;
   m["mean_free_path_cap"] = result.mean_free_path_cap;
+  m["coarsen"] = flags.coarsen;
   m["tolerance"] = flags.tolerance;
   m["iterations"] = result.iterations;
   m["relative_residual"] = result.relative_residual;
@@ -186,9 +203,6 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   BakeStats& stats = baked.stats;
   medium = flags.readMedium(baked.file, scene.medium);
   stats.threads = flags.threadCount();
-  stats.active_voxels = medium.topology().activeVoxelCount();
-  stats.voxel_size = medium.transform().meanVoxelSize();
-  stats.read = now() - start;
 
   DiffuseSettings settings;
   settings.model = model;
@@ -202,7 +216,10 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
                                                                             : 0);
   if (flags.byBlobs()) transport.sweeps = 0;
   transport.error = flags.error;
-  checkMemory(flags.input, medium, settings.want_flux, transport.sweeps > 0);
+  const int coarser = coarsenToFit(flags, settings.want_flux, transport.sweeps > 0, medium);
+  stats.active_voxels = medium.topology().activeVoxelCount();
+  stats.voxel_size = medium.transform().meanVoxelSize();
+  stats.read = now() - start;
   DiffuseResult& result = baked.result;
   try {
     if (flags.byBlobs())
@@ -214,6 +231,9 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   }
   if (flags.error && result.estimated_error && *result.estimated_error > *flags.error)
     result.warnings.push_back(errorNotReached(result, *flags.error));
+  if (coarser > 0 && flags.coarsen == "auto")
+    result.warnings.push_back("the volume does not fit in memory: solved in voxels of " +
+                              std::to_string(1 << coarser) + " times the width");
   if (stats.active_voxels == 0) result.warnings.push_back("the density has no active voxels");
   return baked;
 }
@@ -323,6 +343,13 @@ void BakeFlags::addMethodTo(CLI::App& command) {
       ->type_name("V")
       ->group(group);
   command.add_option("--tolerance", tolerance, "Of the solve, on the scaled residual")
+      ->group(group)
+      ->capture_default_str();
+  command
+      .add_option("--coarsen", coarsen,
+                  "Solve in voxels of 2^N times the width, 0 to 4; auto: the finest that memory holds")
+      ->type_name("N|auto")
+      ->check(CLI::IsMember({"0", "1", "2", "3", "4", "auto"}))
       ->group(group)
       ->capture_default_str();
   command

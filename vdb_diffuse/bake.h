@@ -9,7 +9,7 @@ namespace vdb_diffuse {
 /// What a bake is told: a volume, its light, how to solve, what to write. One volume, or with the same words
 /// one per frame (bake_frames.cpp) or per regression test (check.cpp).
 struct BakeFlags : LightingFlags {
-  std::string method = "multigrid", model = "default", cap = "auto";
+  std::string method = "multigrid", model = "default", cap = "auto", coarsen = "0";
   double tolerance = 1e-4;
   std::optional<int> sweeps;
   std::optional<double> error;

@@ -201,15 +201,18 @@ void copy(const Grid& grid, const Topology& topology, Channels& result) {
   });
 }
 
+/// What lies outside a grid's active voxels, to a place between them.
+enum class Outside { kZero, kUnknown };
+
 template <typename Grid>
-void sample(const Grid& grid, const Transform& transform, const Volume& target, Field<float>& result) {
+void sample(const Grid& grid, const Transform& transform, const Volume& target, Outside outside,
+            Channels& result) {
+  using Value = typename Grid::ValueType;
+  constexpr int kComponents = componentCount<Value>();
   const Topology& topology = *target.topology;
+  result.assign(kComponents, Field<float>(topology));
   forEachBlock(topology.blockCount(), [&](size_t b) {
     auto accessor = grid.getConstAccessor();
-    const auto valueAt = [&](const Coord& p) {
-      typename Grid::ValueType value;
-      return accessor.probeValue(p, value) ? static_cast<double>(value) : 0.0;
-    };
     for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
       const Coord p = topology.origin(b) + voxelLocal(voxel.pos());
       const Vec3d q = transform.toIndex(target.transform.toWorld(p.asVec3d()));
@@ -219,13 +222,18 @@ void sample(const Grid& grid, const Transform& transform, const Volume& target, 
         continue;
       const Coord corner = Coord::floor(q);
       const Vec3d f = q - corner.asVec3d();
-      double value = 0;
+      double sum[kComponents] = {}, weights = 0;
       for (int n = 0; n < 8; ++n) {
         const int x = n >> 2, y = (n >> 1) & 1, z = n & 1;
         const double weight = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
-        if (weight > 0) value += weight * valueAt(corner.offsetBy(x, y, z));
+        Value value;
+        if (!(weight > 0) || !accessor.probeValue(corner.offsetBy(x, y, z), value)) continue;
+        weights += weight;
+        for (int c = 0; c < kComponents; ++c) sum[c] += weight * component(value, c);
       }
-      result.block(b)[voxel.pos()] = static_cast<float>(value);
+      if (outside == Outside::kZero) weights = 1;
+      for (int c = 0; c < kComponents && weights > 0; ++c)
+        result[c].block(b)[voxel.pos()] = static_cast<float>(sum[c] / weights);
     }
   });
 }
@@ -314,28 +322,34 @@ bool sameVoxels(const Transform& a, const Transform& b, const Topology& where) {
   return true;
 }
 
-Field<float> sampleOnto(const GridBase& grid, const Volume& target) {
-  if (!grid.isType<openvdb::FloatGrid>() && !grid.isType<openvdb::DoubleGrid>())
-    throw InputError(called(grid) + "holds " + grid.valueType() + ", not float");
+namespace {
+
+/// A copy, or samples where the voxels are others'.
+Channels valuesOnto(const GridBase& grid, const Volume& target, Outside outside) {
   const Transform transform = transformOf(grid);
   requireNearVoxels(grid);
-  if (sameVoxels(transform, target.transform, *target.topology))
-    return std::move(copyOnto(grid, target).front());
-  Field<float> result(*target.topology);
-  grid.apply<openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>>(
-      [&](const auto& typed) { sample(typed, transform, target, result); });
+  const bool same = sameVoxels(transform, target.transform, *target.topology);
+  Channels result;
+  const bool known = grid.apply<ValueGrids>([&](const auto& typed) {
+    if (same)
+      copy(typed, *target.topology, result);
+    else
+      sample(typed, transform, target, outside, result);
+  });
+  if (!known) throw InputError(called(grid) + "holds " + grid.valueType() + ", not float or vec3s");
   return result;
 }
 
-Channels copyOnto(const GridBase& grid, const Volume& target) {
-  if (!sameVoxels(transformOf(grid), target.transform, *target.topology))
-    throw InputError(called(grid) + "its voxels are not those of grid " + target.name +
-                     " (another transform); write both from one bake");
-  Channels result;
-  const bool known =
-      grid.apply<ValueGrids>([&](const auto& typed) { copy(typed, *target.topology, result); });
-  if (!known) throw InputError(called(grid) + "holds " + grid.valueType() + ", not float or vec3s");
-  return result;
+}  // namespace
+
+Field<float> sampleOnto(const GridBase& grid, const Volume& target) {
+  if (!grid.isType<openvdb::FloatGrid>() && !grid.isType<openvdb::DoubleGrid>())
+    throw InputError(called(grid) + "holds " + grid.valueType() + ", not float");
+  return std::move(valuesOnto(grid, target, Outside::kZero).front());
+}
+
+Channels interpolateOnto(const GridBase& grid, const Volume& target) {
+  return valuesOnto(grid, target, Outside::kUnknown);
 }
 
 std::shared_ptr<GridBase> gridOf(const Topology& topology, const Channels& channels,

@@ -61,9 +61,10 @@ Transform transformOf(const openvdb::GridBase& grid);
 /// counting as zero; a plain copy where both have the same voxels. Needs no more memory than the result.
 Field<float> sampleOnto(const openvdb::GridBase& grid, const Volume& target);
 
-/// A float, double, vec3s or vec3d grid at the active voxels of `target`, which must be its own (the same
-/// transform): one field per component, zero where the grid is inactive.
-Channels copyOnto(const openvdb::GridBase& grid, const Volume& target);
+/// A float, double, vec3s or vec3d grid at the active voxels of `target`, one field per component: a plain
+/// copy where both have the same voxels, else trilinear between those that are active around a place; zero
+/// where none is. For what a volume's rim has as its inside does, as light: it does not fade there.
+Channels interpolateOnto(const openvdb::GridBase& grid, const Volume& target);
 
 /// Voxels of both lie within a thousandth of a voxel of each other, all over `where`.
 bool sameVoxels(const Transform& a, const Transform& b, const Topology& where);

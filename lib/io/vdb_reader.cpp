@@ -289,7 +289,7 @@ Field<float> VdbFile::readOnto(const std::string& name, const Volume& target,
 Channels VdbFile::readChannelsOnto(const std::string& name, const Volume& target,
                                    const ReadSettings& settings) const {
   return impl_->guarded([&] {
-    Channels channels = copyOnto(*readGrid(name), target);
+    Channels channels = interpolateOnto(*readGrid(name), target);
     for (Field<float>& values : channels)
       requireRange(name, "value", *target.topology, values, Sign::kAny, settings.clamp);
     return channels;

@@ -53,8 +53,8 @@ class VdbFile {
   /// copied where the voxels are the same.
   Field<float> readOnto(const std::string& name, const Volume& target,
                         const ReadSettings& settings = {}) const;
-  /// A float or vec3s grid at the active voxels of `target`, whose transform it must have; values of either
-  /// sign, finite and at most 1e30.
+  /// A float or vec3s grid at the active voxels of `target`, interpolated where its voxels are others; values
+  /// of either sign, finite and at most 1e30.
   Channels readChannelsOnto(const std::string& name, const Volume& target,
                             const ReadSettings& settings = {}) const;
 

@@ -129,11 +129,12 @@ WriteReport writeVdb(const std::string& path, const Volume& where, std::vector<O
   metadata.insertMeta("creator", openvdb::StringMetadata(kProgram));
   setMetadata(metadata, settings.metadata);
 
-  openvdb::math::Transform::Ptr transform;  // the source's own where it has one: the same to the last bit
-  if (source && source->has(where.name))
-    transform = source->readGrid(where.name)->constTransform().copy();
-  else
-    transform = openvdbTransform(where.transform);
+  openvdb::math::Transform::Ptr transform = openvdbTransform(where.transform);
+  if (source && source->has(where.name)) {  // the source's own where it is: the same to the last bit
+    const auto grid = source->readGrid(where.name);
+    if (sameVoxels(transformOf(*grid), where.transform, *where.topology))
+      transform = grid->constTransform().copy();
+  }
 
   const auto topologies = widened(where.topology, settings.dilate);
   for (OutputGrid& grid : grids) {

@@ -38,7 +38,9 @@ struct WriteReport {
 ///
 /// Throws UsageError where the target is the source's own file, or two grids would have one name; InputError
 /// where the source lacks a grid to keep; OutputError where the file cannot be written.
-/// \param source   may be null; its grid `where.name`, if there is one, lends its transform to the new grids
+/// \param source   may be null; its grid `where.name`, if there is one, lends its transform to the new
+///                 grids if they have its voxels
+///                 where that is the same
 WriteReport writeVdb(const std::string& path, const Volume& where, std::vector<OutputGrid> grids,
                      const WriteSettings& settings = {}, const VdbFile* source = nullptr,
                      const std::vector<std::string>& keep = {});

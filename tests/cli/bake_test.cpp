@@ -68,6 +68,27 @@ TEST(Bake, LightGroupsAreWrittenBesideTheirSum) {
   EXPECT_EQ(bake(folder, cloud, scene + " --method blobs").outcome.status, 2);
 }
 
+TEST(Bake, CoarseLightStandsBesideTheDensity) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder);
+  // So thin that all of it sees the sun, and what scatters is the mass.
+  const std::string flags = "--sun 1,0.5,-1 --sigma-s 1e-5";
+  const nlohmann::json fine = bake(folder, cloud, flags).stats;
+  const Baked coarse = bake(folder, cloud, flags + " --coarsen 1");
+  EXPECT_EQ(coarse.outcome.status, 0) << coarse.outcome.error;
+  EXPECT_NEAR(coarse.stats["voxel_size"].get<double>(), 2 * fine["voxel_size"].get<double>(), 1e-6);
+  EXPECT_LT(coarse.stats["active_voxels"].get<int>(), fine["active_voxels"].get<int>() / 4);
+  const double scattered = fine["energy"]["scattered_in"];
+  EXPECT_NEAR(coarse.stats["energy"]["scattered_in"].get<double>(), scattered, 1e-3 * scattered);
+  const VdbFile source(cloud), lit(folder.file("lit.vdb"));
+  EXPECT_EQ(lit.readCensus("density").active_voxels, source.readCensus("density").active_voxels);
+  EXPECT_EQ(lit.readCensus("diffuse").active_voxels, coarse.stats["active_voxels"].get<uint64_t>());
+  const Outcome look =
+      runProgram("render " + folder.file("lit.vdb") + " -o " + folder.file("lit.png") + " --size 32x32");
+  EXPECT_EQ(look.status, 0) << look.error;
+  EXPECT_EQ(bake(folder, cloud, "--coarsen 5").outcome.status, 2);
+}
+
 TEST(Bake, GridsAreThoseAskedForAndColouredWhereTheLightIs) {
   const TemporaryFolder folder;
   const std::string cloud = smallCloud(folder);

@@ -209,5 +209,20 @@ TEST(Convert, SamplingFarOutsideGivesZero) {
   EXPECT_EQ(sampleOnto(*source, volume).at(*volume.topology, Coord(100, 100, 100), -1), 0);
 }
 
+TEST(Convert, InterpolationDoesNotFadeWhereTheGridEnds) {
+  const auto coarse = openvdb::FloatGrid::create();
+  coarse->setTransform(openvdb::math::Transform::createLinearTransform(2.0));
+  coarse->denseFill(openvdb::CoordBBox(Coord(0), Coord(3)), 5.f, true);
+  const auto fine = openvdb::FloatGrid::create();
+  fine->denseFill(openvdb::CoordBBox(Coord(-1), Coord(7)), 1.f, true);
+  const Volume volume = volumeOf(*fine);
+  const Channels values = interpolateOnto(*coarse, volume);
+  const Field<float> sampled = sampleOnto(*coarse, volume);
+  const auto at = [&](const Field<float>& f, const Coord& p) { return f.at(*volume.topology, p, -1); };
+  EXPECT_EQ(at(values[0], Coord(3, 3, 3)), 5);
+  EXPECT_EQ(at(values[0], Coord(7, 7, 7)), 5);
+  EXPECT_NEAR(at(sampled, Coord(7, 3, 3)), 2.5, 1e-6);  // half a voxel out, along one axis
+}
+
 }  // namespace
 }  // namespace vdb_diffuse

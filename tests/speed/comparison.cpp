@@ -3,12 +3,14 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 
 #include "hypre_solver.h"
 #include "multigrid/solve.h"
+#include "pcg_solver.h"
 
 namespace vdb_diffuse::speed {
 namespace {
@@ -61,6 +63,20 @@ struct Times {
     to.solve = median(solve);
     to.total = median(total);
     to.cpu = median(cpu);
+  }
+};
+
+/// A peer's times over ours, of neighbouring runs.
+struct Ratios {
+  std::vector<double> total, cpu;
+  void add(const Times& peer, const Times& ours) {
+    if (peer.total.empty()) return;
+    total.push_back(peer.total.back() / ours.total.back());
+    cpu.push_back(peer.cpu.back() / ours.cpu.back());
+  }
+  void report(const std::string& peer, double tolerance, double difference, Comparison& to) const {
+    const auto [low, high] = std::minmax_element(total.begin(), total.end());
+    to.ratios.push_back({peer, tolerance, median(total), *low, *high, median(cpu), difference});
   }
 };
 
@@ -135,10 +151,12 @@ class Comparer {
   void compareAt(size_t t) {
     const double tolerance = settings_.tolerances[t];
     const int all = tbb::this_task_arena::max_concurrency();
-    Times ours, hypre, ours_on_all;
+    Times ours, hypre, pcg, ours_on_all;
     OurRun our_run;
     HypreRun hypre_run;
-    std::vector<double> ratios, cpu_ratios;
+    PcgRun pcg_run;
+    const double bound = settings_.pcg ? boundFor(matrix_, b_, tolerance) : 0;
+    Ratios to_hypre, to_pcg;
     const auto us = [&] {
       our_run = runOurs(system_, matrix_, tolerance, 1);
       ours.add(our_run.setup, our_run.solve, per_voxel_);
@@ -148,13 +166,19 @@ class Comparer {
       hypre_run = hypre_->run(choices_[t].options, choices_[t].iterations);
       hypre.add(hypre_run.setup, hypre_run.solve, per_voxel_);
     };
+    const auto openvdb = [&] {
+      if (!settings_.pcg) return;
+      pcg_run = runPcg(matrix_, b_, bound, 1);
+      pcg.add(pcg_run.setup, pcg_run.solve, per_voxel_);
+    };
     for (int i = 0; i < settings_.repeats; ++i) {
       if (i % 2) them();
+      if (i % 2) openvdb();
       us();
+      if (i % 2 == 0) openvdb();
       if (i % 2 == 0) them();
-      if (!hypre_) continue;
-      ratios.push_back(hypre.total.back() / ours.total.back());
-      cpu_ratios.push_back(hypre.cpu.back() / ours.cpu.back());
+      to_hypre.add(hypre, ours);
+      to_pcg.add(pcg, ours);
     }
     note("ours", 1, tolerance, ours, our_run.iterations, our_run.bytes, our_run.x);
     if (settings_.all_threads) {
@@ -165,12 +189,14 @@ class Comparer {
       }
       note("ours", all, tolerance, ours_on_all, run.iterations, run.bytes, run.x);
     }
+    if (settings_.pcg) {
+      note("OpenVDB pcg, scaled, IC", 1, tolerance, pcg, pcg_run.iterations, pcg_run.bytes, pcg_run.x);
+      to_pcg.report("OpenVDB pcg", tolerance, largestDifference(our_run.x, pcg_run.x), result_);
+    }
     if (!hypre_) return;
     note("hypre " + choices_[t].options.name(), 1, tolerance, hypre, hypre_run.iterations,
          hypre_run.bytes + hypre_->bytes(), hypre_run.x);
-    result_.ratios.push_back({tolerance, median(ratios), *std::min_element(ratios.begin(), ratios.end()),
-                              *std::max_element(ratios.begin(), ratios.end()), median(cpu_ratios),
-                              largestDifference(our_run.x, hypre_run.x)});
+    to_hypre.report("hypre", tolerance, largestDifference(our_run.x, hypre_run.x), result_);
   }
 
   void note(const std::string& solver, int threads, double tolerance, const Times& times, int iterations,

@@ -10,7 +10,7 @@ struct ComparisonSettings {
   std::vector<double> tolerances{1e-3, 1e-4, 1e-6};
   int repeats = 4;           ///< even, so that either solver goes first as often
   bool all_threads = false;  ///< our solver once more on all threads
-  bool hypre = true;
+  bool hypre = true, pcg = true;
 };
 
 /// One solver at one tolerance; times are medians in ns per active voxel.
@@ -23,7 +23,7 @@ struct SolverTime {
   double cpu = 0;              ///< processor's time of setup and solve together
   double bytes_per_voxel = 0;  ///< of hierarchy and operator, without CG's own vectors
   double residual = 0;         ///< true, scaled, formed in double from the assembled matrix
-  double error = 0;            ///< largest over the largest value, against hypre at 1e-10
+  double error = 0;            ///< largest over the largest value, against hypre at 1e-10 if it runs
 };
 
 struct Comparison {
@@ -33,14 +33,15 @@ struct Comparison {
   std::vector<std::string> tried;     ///< hypre's options, a line each
   std::vector<SolverTime> times;
   struct Ratio {
-    double tolerance, median, lowest, highest;  ///< hypre's time over ours, of neighbouring runs
+    std::string peer;
+    double tolerance, median, lowest, highest;  ///< the peer's time over ours, of neighbouring runs
     double cpu;                                 ///< the same of the processor's time, median
     double difference;                          ///< largest between the two solutions over the largest value
   };
   std::vector<Ratio> ratios;
 };
 
-/// Both solvers on one system, on one thread unless said otherwise, taking turns in who goes first. Of the
+/// The solvers on one system, on one thread unless said otherwise, taking turns in who goes first. Of the
 /// options that are tried on hypre each tolerance gets those that took least of the processor's time to it.
 Comparison compareSolvers(const CloudSystem& system, const ComparisonSettings& settings);
 

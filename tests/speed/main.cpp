@@ -1,4 +1,5 @@
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -6,25 +7,35 @@
 #include "hypre_solver.h"
 #include "table.h"
 
-// Prints what the solver costs, in ns per active voxel and in passes over memory, beside hypre on the same
-// equations in the same run. Times depend on the machine and on what else it does; ratios less so.
+// Prints what a bake's steps and its solver cost, in ns per active voxel and in passes over memory, beside
+// hypre and OpenVDB's own solver on the same equations in the same run. Times depend on the machine and on
+// what else it does; ratios less so.
 
 using namespace vdb_diffuse;
 using namespace vdb_diffuse::speed;
 
 namespace {
 
-double printMemory() {
-  double R = 0;
+/// \return what one thread has
+Bandwidth printMemory() {
+  Bandwidth one_thread;
   {
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-    const Bandwidth bandwidth = measureBandwidth();
-    printBandwidth("one thread", bandwidth);
-    R = bandwidth.R;
+    one_thread = measureBandwidth();
+    printBandwidth("one thread", one_thread);
   }
   printBandwidth("all threads", measureBandwidth());
   std::fflush(stdout);
-  return R;
+  return one_thread;
+}
+
+/// 1, 2, 4 .. and as many as there are.
+std::vector<int> threadCounts() {
+  const int all = tbb::this_task_arena::max_concurrency();
+  std::vector<int> counts;
+  for (int n = 1; n < all; n *= 2) counts.push_back(n);
+  counts.push_back(all);
+  return counts;
 }
 
 void printIterations(bool raw) {
@@ -40,10 +51,14 @@ void printIterations(bool raw) {
 
 int main(int argc, char** argv) {
   std::vector<double> sizes{300000, 2000000};
-  bool raw = false, iterations = false, no_hypre = false;
-  std::string csv;
+  bool raw = false, iterations = false, no_hypre = false, no_pcg = false, no_phases = false,
+       no_solvers = false;
+  std::string csv, phases_csv, plot;
   ComparisonSettings settings;
-  CLI::App app("Times the diffusion solver against hypre BoomerAMG-CG and the memory's bandwidth");
+  CLI::App app(
+      "Times the steps of a bake, and the diffusion solver beside hypre's BoomerAMG-CG, OpenVDB's pcg and "
+      "the "
+      "memory's bandwidth");
   app.add_option("--voxels", sizes, "active voxels of the clouds")
       ->delimiter(',')
       ->check(CLI::Range(1.0, 3e8));
@@ -53,11 +68,21 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", settings.repeats, "runs that a median is of")->check(CLI::Range(1, 1000));
   app.add_flag("--raw", raw, "without the mean-free-path cap");
   app.add_flag("--all-threads", settings.all_threads, "ours once more on all threads");
-  app.add_flag("--no-hypre", no_hypre, "ours only");
+  app.add_flag("--no-hypre", no_hypre, "do not time hypre");
+  app.add_flag("--no-pcg", no_pcg, "do not time OpenVDB's conjugate gradients");
+  app.add_flag("--no-phases", no_phases, "do not time the steps of a bake");
+  app.add_flag("--no-solvers", no_solvers, "time nothing but the steps of a bake");
   app.add_flag("--iterations", iterations, "only count our iterations at 50 k, 500 k and 5 M voxels");
-  app.add_option("--csv", csv, "write the table here too");
+  app.add_option("--csv", csv, "write the solvers' table here too");
+  app.add_option("--phases-csv", phases_csv, "write the table of steps here too");
+  app.add_option("--plot", plot, "draw the steps against size, an .svg or .png file");
   CLI11_PARSE(app, argc, argv);
   settings.hypre = !no_hypre;
+  settings.pcg = !no_pcg;
+  PhaseSettings phase_settings;
+  phase_settings.repeats = settings.repeats;
+  phase_settings.threads = threadCounts();
+  phase_settings.tolerances = settings.tolerances;
 
   try {
     if (iterations) {
@@ -66,9 +91,19 @@ int main(int argc, char** argv) {
     }
     if (!csv.empty()) writeCsv(csv, {}, 0);  // fail now, not after an hour
     const HypreSession session;
-    const double R = printMemory();
+    const Bandwidth memory = printMemory();
+    const double R = memory.R;
+    std::vector<Phases> phases;
+    for (const double voxels : sizes) {
+      if (no_phases) break;
+      phases.push_back(timePhases(static_cast<size_t>(voxels), phase_settings));
+      printPhases(phases.back(), R, memory.triad);
+    }
+    if (!phases_csv.empty()) writePhases(phases_csv, phases, R);
+    if (!plot.empty() && !phases.empty()) drawPhases(plot, phases);
     std::vector<Comparison> comparisons;
     for (const double voxels : sizes) {
+      if (no_solvers) break;
       comparisons.push_back(compareSolvers(makeCloudSystem(static_cast<size_t>(voxels), raw), settings));
       printComparison(comparisons.back(), R);
     }

@@ -1,0 +1,95 @@
+#include "medium/coarse_medium.h"
+
+#include <algorithm>
+
+namespace vdb_diffuse {
+namespace {
+
+/// Of the block's octant that a fine block's children fill.
+Coord octantOf(const Coord& fine_origin) {
+  return Coord((fine_origin[0] >> 1) & 4, (fine_origin[1] >> 1) & 4, (fine_origin[2] >> 1) & 4);
+}
+
+Coord parentOf(const Coord& fine_origin) {
+  return blockOriginOf(Coord(fine_origin[0] >> 1, fine_origin[1] >> 1, fine_origin[2] >> 1));
+}
+
+int parentVoxel(const Coord& octant, int n) {
+  const Coord p = voxelLocal(n);
+  return voxelOffset(octant[0] + (p[0] >> 1), octant[1] + (p[1] >> 1), octant[2] + (p[2] >> 1));
+}
+
+/// Blocks whose parent is one; they stand together, as blocks are in Morton order.
+struct Family {
+  size_t begin, end;
+};
+
+std::vector<Family> familiesOf(const Topology& fine) {
+  std::vector<Family> families;
+  for (size_t b = 0; b < fine.blockCount(); ++b)
+    if (b == 0 || parentOf(fine.origin(b)) != parentOf(fine.origin(b - 1)))
+      families.push_back({b, b + 1});
+    else
+      families.back().end = b + 1;
+  return families;
+}
+
+std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const std::vector<Family>& families) {
+  std::vector<Coord> origins(families.size());
+  std::vector<BlockMask> active(families.size());
+  forEachBlock(families.size(), [&](size_t f) {
+    origins[f] = parentOf(fine.origin(families[f].begin));
+    for (size_t b = families[f].begin; b < families[f].end; ++b) {
+      const Coord octant = octantOf(fine.origin(b));
+      for (auto voxel = fine.active(b).beginOn(); voxel; ++voxel)
+        active[f].setOn(parentVoxel(octant, static_cast<int>(voxel.pos())));
+    }
+  });
+  return std::make_shared<const Topology>(std::move(origins), std::move(active));
+}
+
+/// An eighth of the sum of term(block, voxel) over each voxel's children.
+template <typename Term>
+Field<float> meanOverChildren(const Topology& fine, const std::vector<Family>& families,
+                              const Topology& coarse, const Term& term) {
+  Field<float> means(coarse);
+  forEachBlock(families.size(), [&](size_t f) {
+    double sums[kBlockVoxels] = {};
+    for (size_t b = families[f].begin; b < families[f].end; ++b) {
+      const Coord octant = octantOf(fine.origin(b));
+      for (auto voxel = fine.active(b).beginOn(); voxel; ++voxel)
+        sums[parentVoxel(octant, static_cast<int>(voxel.pos()))] += term(b, static_cast<int>(voxel.pos()));
+    }
+    float* out = means.block(coarse.find(parentOf(fine.origin(families[f].begin))));
+    for (int n = 0; n < kBlockVoxels; ++n) out[n] = static_cast<float>(sums[n] / 8);
+  });
+  return means;
+}
+
+}  // namespace
+
+Medium coarsened(const Medium& medium) {
+  const Topology& fine = medium.topology();
+  const std::vector<Family> families = familiesOf(fine);
+  const Field<float>& rho = medium.density.values;
+  Medium coarse;
+  coarse.optics = medium.optics;
+  coarse.density.name = medium.density.name;
+  coarse.density.topology = coarseTopology(fine, families);
+  const Transform& t = medium.transform();
+  coarse.density.transform =
+      Transform(t.axis(0) * 2.0, t.axis(1) * 2.0, t.axis(2) * 2.0, t.toWorld(Vec3d(0.5)));
+  coarse.density.values =
+      meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) { return rho.block(b)[n]; });
+  if (medium.emission.empty()) return coarse;
+  coarse.emission = meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) {
+    return static_cast<double>(rho.block(b)[n]) * medium.emission.block(b)[n];
+  });
+  for (size_t i = 0; i < coarse.emission.size(); ++i) {
+    const float density = coarse.density.values[i];
+    coarse.emission[i] = density > 0 ? coarse.emission[i] / density : 0;
+  }
+  return coarse;
+}
+
+}  // namespace vdb_diffuse

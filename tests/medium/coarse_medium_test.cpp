@@ -1,0 +1,63 @@
+#include "medium/coarse_medium.h"
+
+#include <gtest/gtest.h>
+
+#include "volumes.h"
+
+namespace vdb_diffuse {
+namespace {
+
+/// Negative coordinates, an odd size, and children without and with half of their siblings.
+Medium raggedMedium() {
+  Medium medium = boxMedium(
+      Coord(19, 6, 11), Transform::uniform(0.5, Vec3d(1, 2, 3)),
+      [](Coord p) { return p[0] % 3 == 0 ? -1.0 : 0.25 * p[0] + p[1] + 0.1 * p[2]; }, Coord(-9, -3, 5));
+  medium.emission = Field<float>(medium.topology());
+  forEachVoxel(medium.topology(), [&](Coord p, size_t i) { medium.emission[i] = 1.0f + (p[2] & 3); });
+  return medium;
+}
+
+double sumOver(const Medium& medium, const std::function<double(Coord, size_t)>& term) {
+  double sum = 0;
+  forEachVoxel(medium.topology(), [&](Coord p, size_t i) { sum += term(p, i); });
+  return sum * medium.transform().voxelVolume();
+}
+
+TEST(CoarseMedium, MassItsCentreAndPowerStay) {
+  const Medium fine = raggedMedium(), coarse = coarsened(fine);
+  const auto mass = [](const Medium& m) {
+    return sumOver(m, [&](Coord, size_t i) { return m.density.values[i]; });
+  };
+  EXPECT_NEAR(mass(coarse), mass(fine), 1e-6 * mass(fine));
+  const auto power = [](const Medium& m) {
+    return sumOver(m, [&](Coord, size_t i) { return m.density.values[i] * m.emission[i]; });
+  };
+  EXPECT_NEAR(power(coarse), power(fine), 1e-6 * power(fine));
+}
+
+TEST(CoarseMedium, AVoxelIsTheCubeOfItsChildren) {
+  const Medium fine = raggedMedium(), coarse = coarsened(fine);
+  forEachVoxel(coarse.topology(), [&](Coord p, size_t i) {
+    double sum = 0;
+    int active = 0;
+    Vec3d middle(0);
+    for (int n = 0; n < 8; ++n) {
+      const Coord child(2 * p[0] + (n & 1), 2 * p[1] + (n >> 1 & 1), 2 * p[2] + (n >> 2));
+      sum += fine.density.values.at(fine.topology(), child);
+      active += fine.topology().isActive(child);
+      middle += fine.transform().toWorld(child.asVec3d()) / 8;
+    }
+    EXPECT_GT(active, 0);
+    EXPECT_NEAR(coarse.density.values[i], sum / 8, 1e-6);
+    EXPECT_LT((coarse.transform().toWorld(p.asVec3d()) - middle).length(), 1e-12);
+  });
+  size_t parents = 0;
+  forEachVoxel(fine.topology(), [&](Coord p, size_t) {
+    parents += !coarse.topology().isActive(Coord(p[0] >> 1, p[1] >> 1, p[2] >> 1));
+  });
+  EXPECT_EQ(parents, 0u);
+  EXPECT_NEAR(coarse.transform().meanVoxelSize(), 1, 1e-12);
+}
+
+}  // namespace
+}  // namespace vdb_diffuse
