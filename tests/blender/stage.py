@@ -13,7 +13,7 @@ from mathutils import Matrix, Vector
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PROGRAM = os.environ.get("VDB_DIFFUSE_PROGRAM", os.path.join(ROOT, "build", "vdb_diffuse"))
 FOLDER = tempfile.mkdtemp(prefix="vdb_diffuse_test_")
-MIDDLE, WIDTH, SIZE = Vector((0.45, 0.45, 1.7)), 14.0, 64  # a view of data/cumulus.vdb
+MIDDLE, WIDTH, SIZE = Vector((0.45, 0.45, 1.7)), 14.0, 48  # a view of data/cumulus.vdb
 
 
 def data(name):
@@ -44,7 +44,7 @@ def emptyScene(samples):
     cycles = scene.cycles
     cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = samples, False, False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
-    cycles.pixel_filter_type = "BOX"  # as vdb_diffuse render has it
+    cycles.pixel_filter_type, cycles.filter_width = "BOX", 1.0  # as vdb_diffuse render has it
     cycles.volume_bounces = 0
     return scene
 
@@ -122,11 +122,14 @@ def cyclesPicture(name="cycles"):
     return readPicture(path)
 
 
-def ownPicture(lit, start, *flags):
-    """The same view by vdb_diffuse render."""
+def ownPicture(lit, start, *flags, shift=Vector()):
+    """The same view by vdb_diffuse render; `shift` moves the camera."""
+    def word(point):
+        return ",".join(map(str, point + shift))
+
     path = os.path.join(FOLDER, "own.exr")
     words = [PROGRAM, "render", lit, "-o", path, "--size", f"{SIZE}x{SIZE}", "--quiet", "--background", "0",
-             "--ortho", str(WIDTH), "--from", ",".join(map(str, start)), "--look-at", ",".join(map(str, MIDDLE))]
+             "--ortho", str(WIDTH), "--from", word(start), "--look-at", word(MIDDLE)]
     subprocess.run(words + list(flags), check=True)
     return readPicture(path)
 

@@ -108,14 +108,22 @@ class Bake:
         if volume_object is None or volume_object.type != "VOLUME":
             raise BakeError(f"'{self.name}' is gone; its light is in {self.output}")
         volume, settings = volume_object.data, volume_object.data.vdb_diffuse
-        volume.grids.unload()  # or an earlier bake of the same name stays
-        volume.filepath = settings.baked_file = self.output
+        self._load(volume)
+        settings.baked_file = self.output
         # Cycles cuts grids where all that is left is below this, and thin edges carry light.
         volume.render.clipping = 0
         if settings.baked_material is None:
             settings.baked_material = bpy.data.materials.new(f"{volume.name} lit")
         material.build(settings.baked_material, self.medium, settings.material_kind, self.has_flux)
         _assign(volume_object, settings.baked_material)
+
+    def _load(self, volume):
+        """Blender keeps a file's grids by name for as long as anyone holds them: an earlier bake has to go first."""
+        volume.filepath = ""
+        for view_layer in [layer for scene in bpy.data.scenes for layer in scene.view_layers]:
+            view_layer.update()
+        volume.grids.unload()
+        volume.filepath = self.output
 
     def drop(self):
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -6,8 +6,8 @@ import os
 import bpy
 from mathutils import Matrix
 
-SIZE = (1024, 512)
-SAMPLES = 32  # a sun in the image is about as wide as a pixel: many rays see it
+SIZE = (512, 256)
+SAMPLES = 64  # a sun in the image is about as wide as a pixel: many rays have to look for it
 
 # Turns Cycles' panoramic camera so that the image's middle looks along +x with +z up, as vdb_diffuse has it.
 PANORAMA = Matrix.Rotation(math.radians(-90), 4, "Z") @ Matrix.Rotation(math.radians(90), 4, "X")
