@@ -58,6 +58,8 @@ class Bake:
         self.medium = mediumInFile(volume, settings.source_material, 1.0, warn)
         in_file = mediumInFile(volume, settings.source_material, scale, lambda _: None)
         self.has_flux = self.medium["g"] != 0
+        if self.has_flux and settings.material_kind == "BAKED":
+            warn("with anisotropy, 'All Baked' shows light that scatters once as if isotropic: see Material")
         os.makedirs(os.path.dirname(output), exist_ok=True)
         numbers = self._numbers(volume, source, warn)
         pairs = [(n - 1 - volume.frame_offset + volume.frame_start, n) for n in numbers]
