@@ -1,12 +1,13 @@
 """The add-on in a window, bake button and Esc included; leaves a picture of its panel.
 
-    xvfb-run -a -s '-screen 0 1200x1500x24' blender -p 0 0 1200 1500 --factory-startup -noaudio \\
+    xvfb-run -a -s '-screen 0 1800x1500x24' blender -p 0 0 1800 1500 --factory-startup -noaudio \\
       --enable-event-simulate -P tests/blender/window.py -- PANEL.png
 
 with BLENDER_USER_SCRIPTS set to an empty folder. Run by hand: it needs xvfb, and draws in software.
 """
 
 import os
+import shutil
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -75,6 +76,7 @@ def steps():
     space = next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D").spaces[0]
     space.region_3d.view_perspective = "CAMERA"
     space.shading.type = "RENDERED"
+    space.overlay.show_overlays = space.show_gizmo = False
     yield 20.0
     picture(PICTURE)
 
@@ -83,9 +85,9 @@ def prepare():
     bpy.context.preferences.view.show_splash = False  # it would take the Esc
     stage.installAddon()
     stage.emptyScene(16)
-    stage.addVolume(stage.data("cumulus.vdb")).data.vdb_diffuse.output_folder = stage.FOLDER
-    stage.addLamp("SUN", 8, direction=(0.5, 0.3, -0.8))
-    stage.addWorld((0.1, 0.15, 0.25))
+    stage.addVolume(shutil.copy(stage.data("cumulus.vdb"), stage.FOLDER))
+    stage.addLamp("SUN", 4, direction=(0.5, 0.3, -0.8))
+    stage.addWorld((0.15, 0.2, 0.3))
     stage.addCamera()
     for area in bpy.context.window_manager.windows[0].screen.areas:
         if area.type == "PROPERTIES":

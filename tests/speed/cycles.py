@@ -1,0 +1,178 @@
+"""Cycles' path tracing against a baked volume, at equal noise, the bake's time included:
+
+    BLENDER_USER_SCRIPTS=$(mktemp -d) blender -b --factory-startup -noaudio -P tests/speed/cycles.py -- -o FOLDER
+
+Every way to render is first tried at a few samples, then rendered twice, with two seeds, with as many as bring the
+noise to --noise: RMS over the cloud's pixels, of its mean there. `off` is what a way is off the path tracing of 128
+bounces when all noise is taken out: with A, B the two pictures of a way and R, S those of the reference,
+
+    sqrt( <(A - R)(B - S)> ) / <R>,         noises of different seeds do not meet.
+
+Wall seconds are of a machine that may be shared; processor seconds are of Blender and the program alone. Leaves
+table.txt and cycles.png: above, the ways at equal noise; below, path tracing in the seconds that the first baked way
+took. Not a test.
+"""
+
+import argparse
+import os
+import platform
+import resource
+import sys
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(os.path.dirname(HERE), "blender"))
+import bpy
+import numpy as np
+import stage
+
+PILOT = 16  # samples
+BOUNCES = (4, 32, 128)  # the last is the reference
+
+
+class Watch:
+    """Wall and processor seconds since it was made."""
+
+    def __init__(self):
+        self.wall, self.processor = time.time(), self._processor()
+
+    @staticmethod
+    def _processor():
+        uses = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        return sum(use.ru_utime + use.ru_stime for use in uses)
+
+    def read(self):
+        return np.array([time.time() - self.wall, self._processor() - self.processor])
+
+
+class Way:
+    """One way to render the cloud: a number of bounces, and how its volume was baked."""
+
+    def __init__(self, name, bounces, kind=None):
+        self.name, self.bounces, self.kind = name, bounces, kind
+        self.bake_seconds = np.zeros(2)
+
+    def prepare(self, item):
+        cycles = bpy.context.scene.cycles
+        cycles.volume_bounces, cycles.max_bounces = self.bounces, max(self.bounces, 1)
+        if self.kind:
+            watch = Watch()
+            stage.bake(item, material_kind=self.kind)
+            self.bake_seconds = watch.read()
+
+    def render(self, samples):
+        """Two pictures, and the seconds of one."""
+        cycles = bpy.context.scene.cycles
+        cycles.samples, self.samples = samples, samples
+        watch, self.pictures = Watch(), []
+        for seed in (1, 2):
+            cycles.seed = seed
+            self.pictures.append(stage.cyclesPicture("speed"))
+        self.seconds = watch.read() / 2
+
+    def noise(self, cloud):
+        a, b = (picture[cloud] for picture in self.pictures)
+        return float(np.sqrt(((a - b) ** 2).mean() / 2) / b.mean())
+
+    def renderToNoise(self, cloud, noise):
+        self.render(PILOT)
+        cloud = cloud if cloud is not None else cloudOf(self.pictures)
+        self.render(max(1, round(PILOT * (self.noise(cloud) / noise) ** 2)))
+
+    def total(self):
+        return self.bake_seconds + self.seconds
+
+
+def cloudOf(pictures):
+    """Where the cloud is: pixels of more than a twentieth of the brightest."""
+    mean = (pictures[0] + pictures[1]).sum(axis=2)
+    return mean > 0.05 * np.percentile(mean, 99.5)
+
+
+def off(way, reference, cloud):
+    (a, b), (r, s) = ([p[cloud] for p in pictures] for pictures in (way.pictures, reference.pictures))
+    return float(np.sqrt(max(0, ((a - r) * (b - s)).mean())) / r.mean())
+
+
+def table(ways, reference, cloud):
+    lines = [f"{'':26}{'samples':>8}{'bake s':>8}{'render s':>9}{'total s':>9}{'CPU s':>8}{'ratio':>8}{'noise':>8}"
+             f"{'mean':>8}{'off':>8}"]
+    for way in ways:
+        mean = np.mean([p[cloud].mean() for p in way.pictures]) / np.mean([p[cloud].mean() for p in reference.pictures])
+        lines.append(f"{way.name:26}{way.samples:8d}{way.bake_seconds[0]:8.2f}{way.seconds[0]:9.2f}"
+                     f"{way.total()[0]:9.2f}{way.total()[1]:8.2f}{reference.total()[1] / way.total()[1]:8.1f}"
+                     f"{100 * way.noise(cloud):7.1f}%{100 * (mean - 1):+7.1f}%"
+                     + ("" if way is reference else f"{100 * off(way, reference, cloud):7.1f}%"))
+    lines.append("ratio: processor seconds of the last path tracing over those of the line, bake included")
+    return lines
+
+
+def savePicture(path, rows, white):
+    image = np.concatenate([np.concatenate(row, axis=1) for row in reversed(rows)], axis=0)
+    display = np.clip(image / white, 0, 1) ** (1 / 2.2)
+    picture = bpy.data.images.new("cycles", display.shape[1], display.shape[0])
+    picture.pixels = np.dstack([display, np.ones(display.shape[:2])]).ravel()
+    picture.filepath_raw, picture.file_format = path, "PNG"
+    picture.save()
+
+
+def machine():
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        names = [line.split(":")[1].strip() for line in file if line.startswith("model name")]
+    return f"{len(names)} threads of {names[0] if names else platform.processor()}, Blender {bpy.app.version_string}"
+
+
+def options():
+    parser = argparse.ArgumentParser(prog="cycles.py", description="Cycles' path tracing against a baked volume")
+    parser.add_argument("-o", "--output", required=True, help="folder")
+    parser.add_argument("--volume", default=stage.data("cumulus.vdb"))
+    parser.add_argument("--noise", type=float, default=0.02)
+    parser.add_argument("--density", type=float, default=3.0)
+    parser.add_argument("--albedo", type=float, default=1.0)
+    parser.add_argument("--g", type=float, default=0.0)
+    parser.add_argument("--size", default="160x90")
+    return parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
+
+
+def main():
+    chosen = options()
+    os.makedirs(chosen.output, exist_ok=True)
+    stage.installAddon()
+    scene = stage.emptyScene(PILOT)
+    scene.render.resolution_x, scene.render.resolution_y = map(int, chosen.size.split("x"))
+    item = stage.addVolume(chosen.volume, color=[chosen.albedo] * 3, density=chosen.density, g=chosen.g)
+    stage.addLamp("SUN", 3, direction=(0.5, 0.3, -0.8))
+    stage.addWorld((0.12, 0.16, 0.24))
+    stage.addCamera()
+
+    traced = [Way(f"path tracing, {n} bounces", n) for n in BOUNCES]
+    baked = [Way("all baked", 0, "BAKED"), Way("single scattering traced", 0, "HYBRID")]
+    reference, cloud = traced[-1], None
+    for way in reversed(traced):
+        way.prepare(item)
+        way.renderToNoise(cloud, chosen.noise)
+        cloud = cloudOf(reference.pictures)
+    for way in baked:
+        way.prepare(item)
+        way.renderToNoise(cloud, chosen.noise)
+    bpy.ops.vdb_diffuse.restore()
+    hurried = []
+    for way in traced:
+        again = Way(way.name, way.bounces)
+        again.prepare(item)
+        again.render(max(1, round(way.samples * baked[0].total()[1] / way.seconds[1])))
+        hurried.append(again.pictures[0])
+
+    lines = [f"{os.path.basename(chosen.volume)}, density x {chosen.density:g}, albedo {chosen.albedo:g}, "
+             f"g {chosen.g:g}, sun and sky, {chosen.size} pixels", machine(), ""]
+    lines += table(traced + baked, reference, cloud)
+    text = "\n".join(lines)
+    print(text)
+    with open(os.path.join(chosen.output, "table.txt"), "w", encoding="utf-8") as file:
+        file.write(text + "\n")
+    blank = np.zeros_like(hurried[0])
+    rows = [[way.pictures[0] for way in traced + baked], hurried + [blank, blank]]
+    savePicture(os.path.join(chosen.output, "cycles.png"), rows, np.percentile(reference.pictures[0][cloud], 99))
+
+
+main()
