@@ -175,6 +175,19 @@ def testSecondBakeStartsFromTheSource():
     assert item.data.vdb_diffuse.source == source
     bpy.ops.vdb_diffuse.restore()
     assert item.data.filepath == source and item.material_slots[0].material == material
+    assert abs(item.data.render.clipping - 0.001) < 1e-6
+
+
+def testTwoVolumesOfOneFileKeepTheirLight():
+    """One in the sun's light, one in none: the second bake must not write over the first."""
+    _, first, _ = cloud()
+    lit = stage.bake(first)
+    bpy.data.lights.remove(bpy.data.lights[0])
+    second = stage.addVolume(stage.data("cumulus.vdb"))
+    assert stage.bake(second) != lit and first.data.filepath == lit
+    assert stage.bake(second) == second.data.filepath != lit
+    first.hide_render, second.hide_render = False, True
+    assert stage.cyclesPicture().mean() > 0
 
 
 def testMediumOfOtherNodes():

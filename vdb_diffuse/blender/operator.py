@@ -51,8 +51,7 @@ class Bake:
         if volume.users > 1:
             warn(f"{volume.users} objects share this volume: its light is right for '{self.name}' only")
         source = _absolute(volume, settings.source)
-        output = sequence.litPath(source, settings.output_folder and _absolute(volume, settings.output_folder),
-                                  volume.is_sequence)
+        output = self._outputOf(volume, source)
         scale = scaleOf(volume_object.matrix_world, self.name)
         # The new material has the medium in the unit of the old one, which Cycles scales alike.
         self.medium = mediumInFile(volume, settings.source_material, 1.0, warn)
@@ -65,7 +64,7 @@ class Bake:
         pairs = [(n - 1 - volume.frame_offset + volume.frame_start, n) for n in numbers]
         scene = exportScene(context, volume_object, in_file, self.folder, warn,
                             pairs if settings.animated_lights else None)
-        self.output = output if not numbers else sequence.framePath(output, numbers[0])
+        self.output = output
         if numbers:
             source, output = sequence.pattern(source), sequence.pattern(output)
         self.job = Job(bakeCommand(program, source, output, scene, settings.sweeps, self.has_flux,
@@ -77,10 +76,21 @@ class Bake:
         if not volume.filepath:
             raise BakeError(f"'{self.name}' has no VDB file: import one (Add > Volume > Import OpenVDB)")
         if not settings.source or volume.filepath != settings.baked_file:
-            settings.source = volume.filepath
+            settings.source, settings.source_clipping = volume.filepath, volume.render.clipping
         current = _materialOf(volume_object)
         if current is not settings.baked_material or current is None:
             settings.source_material = current
+
+    def _outputOf(self, volume, source):
+        """Beside the source, or in the folder asked for; not where another volume of the same source has its light."""
+        folder = volume.vdb_diffuse.output_folder
+        folder = _absolute(volume, folder) if folder else ""
+        taken = {_absolute(other, other.vdb_diffuse.baked_file) for other in bpy.data.volumes
+                 if other != volume and other.vdb_diffuse.baked_file}
+        output = sequence.litPath(source, folder, volume.is_sequence)
+        if output in taken:
+            output = sequence.litPath(source, folder, volume.is_sequence, f"lit_{bpy.path.clean_name(volume.name)}")
+        return output
 
     def _numbers(self, volume, source, warn):
         """Numbers of a sequence's files that are there; none for a single file."""
@@ -112,8 +122,7 @@ class Bake:
         volume, settings = volume_object.data, volume_object.data.vdb_diffuse
         self._load(volume)
         settings.baked_file = self.output
-        # Cycles cuts grids where all that is left is below this, and thin edges carry light.
-        volume.render.clipping = 0
+        volume.render.clipping = 0  # or Cycles leaves out thin edges, which carry light
         if settings.baked_material is None:
             settings.baked_material = bpy.data.materials.new(f"{volume.name} lit")
         material.build(settings.baked_material, self.medium, settings.material_kind, self.has_flux)
@@ -185,6 +194,7 @@ class VDB_DIFFUSE_OT_bake(bpy.types.Operator):
     def modal(self, context, event):
         if event.type == "ESC" and event.value == "PRESS":
             self.bake.job.cancel()
+            return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         if self.bake.job.running():
@@ -234,7 +244,7 @@ class VDB_DIFFUSE_OT_restore(bpy.types.Operator):
 
     def execute(self, context):
         volume, settings = context.object.data, context.object.data.vdb_diffuse
-        volume.filepath = settings.source
+        volume.filepath, volume.render.clipping = settings.source, settings.source_clipping
         if _materialOf(context.object) is settings.baked_material:
             _assign(context.object, settings.source_material)
         settings.source = settings.baked_file = ""

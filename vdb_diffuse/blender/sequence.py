@@ -15,13 +15,13 @@ def _split(path):
     return folder, stem[: len(stem) - len(digits)], digits, extension
 
 
-def litPath(source, folder, is_sequence):
+def litPath(source, folder, is_sequence, suffix="lit"):
     """cumulus.vdb -> cumulus_lit.vdb; of a sequence smoke_0007.vdb -> smoke_lit_0007.vdb. Empty folder: beside it."""
     beside, stem, digits, extension = _split(source)
     if is_sequence:
-        name = f"{stem.rstrip('_.-')}_lit_{digits}{extension}"
+        name = f"{stem.rstrip('_.-')}_{suffix}_{digits}{extension}"
     else:
-        name = f"{stem}{digits}_lit{extension}"
+        name = f"{stem}{digits}_{suffix}{extension}"
     return os.path.join(folder or beside, name)
 
 

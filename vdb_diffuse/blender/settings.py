@@ -47,6 +47,7 @@ class VdbDiffuseSettings(bpy.types.PropertyGroup):
 
     # What the volume was before the first bake, so that a second one does not build on the first.
     source: StringProperty(options={"HIDDEN"})
+    source_clipping: FloatProperty(options={"HIDDEN"})
     baked_file: StringProperty(options={"HIDDEN"})
     source_material: PointerProperty(type=bpy.types.Material, options={"HIDDEN"})
     baked_material: PointerProperty(type=bpy.types.Material, options={"HIDDEN"})
