@@ -13,6 +13,7 @@ void addCheck(CLI::App& program, ExitStatus& status);
 void addCompare(CLI::App& program, ExitStatus& status);
 void addInfo(CLI::App& program, ExitStatus& status);
 void addMake(CLI::App& program, ExitStatus& status);
+void addPaper(CLI::App& program, ExitStatus& status);
 void addReference(CLI::App& program, ExitStatus& status);
 void addRender(CLI::App& program, ExitStatus& status);
 void addReport(CLI::App& program, ExitStatus& status);

@@ -74,6 +74,7 @@ int run(int argc, char** argv) {
   addCompare(program, status);
   addInfo(program, status);
   addMake(program, status);
+  addPaper(program, status);
   addReference(program, status);
   addRender(program, status);
   addReport(program, status);

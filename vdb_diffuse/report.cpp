@@ -8,10 +8,10 @@
 #include "commands.h"
 #include "example.h"
 #include "grid/spelling.h"
-#include "io/atomic_file.h"
 #include "io/free_memory.h"
 #include "io/whole_file.h"
 #include "lighting_run.h"
+#include "output_folder.h"
 #include "plot/chart.h"
 #include "reference/path_tracer.h"
 #include "report/figure.h"
@@ -43,29 +43,6 @@ std::vector<std::string> methodNames() {
   names.push_back(kFirstScatter);
   return names;
 }
-
-/// The folder to write into: made if it is missing, and removed again if nothing came to lie in it.
-class OutputFolder {
- public:
-  explicit OutputFolder(const std::string& path) : path_(path) {
-    std::error_code error;
-    made_ = std::filesystem::create_directory(path, error);
-    if (error) throw OutputError(path + ": the folder cannot be made: " + error.message());
-    for (const char* name : {"report.csv", "report.svg", "report.png"}) AtomicFile probe(file(name));
-  }
-  ~OutputFolder() {
-    std::error_code ignored;
-    if (made_ && std::filesystem::is_empty(path_, ignored)) std::filesystem::remove(path_, ignored);
-  }
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
-
-  std::string file(const std::string& name) const { return (std::filesystem::path(path_) / name).string(); }
-
- private:
-  std::string path_;
-  bool made_ = false;
-};
 
 void checkWords(const ReportFlags& flags) {
   const std::vector<std::string> known = methodNames();
@@ -214,7 +191,7 @@ std::string subtitleOf(const Medium& medium, const Scene& scene, int threads) {
 void run(const ReportFlags& flags, ExitStatus& status) {
   checkWords(flags);
   const SceneFile scene = flags.scene.resolve();
-  const OutputFolder folder(flags.output);
+  const OutputFolder folder(flags.output, {"report.csv", "report.svg", "report.png"});
   const auto limit = flags.limitThreads();
   const Medium medium = readMedium(flags, scene);
   std::vector<std::string> warnings;

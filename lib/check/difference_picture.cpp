@@ -1,11 +1,10 @@
 #include "check/difference_picture.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
-#include "plot/canvas.h"
+#include "plot/colour_map.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -13,24 +12,6 @@ namespace {
 constexpr int kPanel = 480;  // pixels to a side, at most
 constexpr int kMargin = 24, kHeader = 96, kFooter = 84, kBar = 14;
 constexpr Colour kInk{0.15, 0.15, 0.15};
-
-using Map = std::array<Colour, 5>;
-/// Dark to bright, growing in lightness throughout, so that it reads without colours as well.
-constexpr Map kLight{
-    {{0.05, 0.05, 0.12}, {0.25, 0.15, 0.45}, {0.72, 0.25, 0.40}, {0.97, 0.60, 0.25}, {1, 0.98, 0.80}}};
-/// Darker, equal, brighter.
-constexpr Map kDifference{
-    {{0.10, 0.25, 0.60}, {0.50, 0.65, 0.90}, {0.96, 0.96, 0.96}, {0.93, 0.55, 0.45}, {0.65, 0.08, 0.15}}};
-
-Colour colourOf(const Map& map, double share) {
-  if (!std::isfinite(share)) return {0, 0.8, 0};
-  const double x = std::clamp(share, 0.0, 1.0) * (map.size() - 1);
-  const size_t n = std::min(static_cast<size_t>(x), map.size() - 2);
-  const double t = x - static_cast<double>(n);
-  const auto mix = [&](double a, double b) { return a + t * (b - a); };
-  return {mix(map[n].red, map[n + 1].red), mix(map[n].green, map[n + 1].green),
-          mix(map[n].blue, map[n + 1].blue)};
-}
 
 std::string number(double value) {
   char text[40];
@@ -91,7 +72,7 @@ std::vector<Point> corners(const Box& box) {
   return {{box.left, box.top}, {box.right(), box.top}, {box.right(), box.bottom()}, {box.left, box.bottom()}};
 }
 
-void drawBar(Canvas& canvas, const Box& box, const Map& map, const std::string& low,
+void drawBar(Canvas& canvas, const Box& box, const ColourMap& map, const std::string& low,
              const std::string& high) {
   for (int x = 0; x < static_cast<int>(box.width); ++x)
     canvas.area(corners({box.left + x, box.top, 1, box.height}), colourOf(map, (x + 0.5) / box.width));
@@ -134,9 +115,9 @@ std::string differencePicture(const GridValues& stored, const GridValues& now, c
     for (int row = 0; row < raster.rows(); ++row)
       for (int n = 0; n < raster.columns(); ++n) {
         const size_t i = raster.pick(n, row, d);
-        const Colour colour = panel == 2
-                                  ? colourOf(kDifference, apart > 0 ? 0.5 + 0.5 * d[i] / apart : 0.5)
-                                  : colourOf(kLight, brightest > 0 ? (panel == 0 ? a : b)[i] / brightest : 0);
+        const Colour colour =
+            panel == 2 ? colourOf(kDifferenceMap, apart > 0 ? 0.5 + 0.5 * d[i] / apart : 0.5)
+                       : colourOf(kLightMap, brightest > 0 ? (panel == 0 ? a : b)[i] / brightest : 0);
         canvas.area(corners({left + n * raster.side, static_cast<double>(kHeader + row * raster.side),
                              static_cast<double>(raster.side), static_cast<double>(raster.side)}),
                     colour);
@@ -148,8 +129,8 @@ std::string differencePicture(const GridValues& stored, const GridValues& now, c
     canvas.line(frame, {{0, 0.62, 0.45}, 2});
   }
   const double bar = kHeader + high + 16;
-  drawBar(canvas, {kMargin, bar, 2.0 * column + kMargin, kBar}, kLight, "0", number(brightest));
-  drawBar(canvas, {2.0 * column + 3 * kMargin, bar, static_cast<double>(column), kBar}, kDifference,
+  drawBar(canvas, {kMargin, bar, 2.0 * column + kMargin, kBar}, kLightMap, "0", number(brightest));
+  drawBar(canvas, {2.0 * column + 3 * kMargin, bar, static_cast<double>(column), kBar}, kDifferenceMap,
           number(-apart), number(apart));
   return canvas.finish();
 }
