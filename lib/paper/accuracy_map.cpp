@@ -11,7 +11,7 @@ namespace {
 constexpr double kDepths[] = {0.5, 1, 2, 4, 8, 16, 32};  // optical, of the cube's side
 constexpr double kAlbedos[] = {1, 0.99, 0.95, 0.8, 0.5};
 constexpr double kGs[] = {0, 0.5, 0.85};
-constexpr int kSide = 16;      // voxels
+constexpr int kCells = 16;     // to a side: what errors are means over
 constexpr double kGood = 0.1;  // "within 10 %"
 constexpr double kRule = 4;    // optical depths: the mean free path is a fourth of the size
 
@@ -23,8 +23,10 @@ struct CubeErrors {
 };
 
 CubeErrors measured(double depth, double albedo, double g, const PaperSettings& settings) {
+  const int block = depth > kCells ? 2 : 1;  // voxels of at most one optical depth
+  const size_t side = static_cast<size_t>(kCells * block);
   Medium medium;
-  medium.density = makeBox({kSide * kSide * kSide, 1.0 / kSide});
+  medium.density = makeBox({side * side * side, 1.0 / static_cast<double>(side)});
   medium.optics.sigma_s = Vec3d(albedo * depth);
   medium.optics.sigma_a = Vec3d((1 - albedo) * depth);
   medium.optics.g = g;
@@ -45,16 +47,16 @@ CubeErrors measured(double depth, double albedo, double g, const PaperSettings& 
     return gridValues(medium, lightBy(method, medium, scene, 1e-4, settings.progress).diffuse);
   };
   const auto off = [&](const GridValues& values) {
-    return compareGrids(values, truth, &se, &density, 1).rel_rms;
+    return compareGrids(values, truth, &se, &density, block).rel_rms;
   };
   CubeErrors cube;
   const GridValues p1 = light(Model::kP1, 0), ordinates = light(Model::kDefault, 6);
   cube.printed = off(light(Model::kPaper, 0));
   cube.p1 = off(p1);
   cube.standard = off(light(Model::kDefault, 0));
-  cube.p1_from_ordinates = compareGrids(p1, ordinates, nullptr, &density, 1).rel_rms;
+  cube.p1_from_ordinates = compareGrids(p1, ordinates, nullptr, &density, block).rel_rms;
   cube.ordinates = off(ordinates);
-  cube.noise = compareGrids(truth, truth, &se, &density, 1).noise;
+  cube.noise = compareGrids(truth, truth, &se, &density, block).noise;
   return cube;
 }
 
@@ -64,7 +66,7 @@ Panel panelOf(const std::string& title) {
   for (const double depth : kDepths) panel.columns.push_back(number(depth));
   for (const double albedo : kAlbedos) panel.rows.push_back(number(albedo));
   for (size_t n = 0; n < std::size(kDepths); ++n)
-    if (kDepths[n] == kRule) panel.marks.push_back(static_cast<double>(n) + 0.5);
+    if (kDepths[n] == kRule) panel.marks.push_back(static_cast<double>(n) + 1);
   return panel;
 }
 
@@ -139,14 +141,15 @@ PaperResult accuracyMap(const PaperSettings& settings) {
         "map",          "3", words,         "of " + std::to_string(count.all) + " cubes are within 10 %",
         Test::kAtLeast, 0.9, count.share(), 1.25};
   };
-  result.claims = {claim("valid where the mean free path is below 1/4: as printed", printed_valid),
-                   claim("valid where the mean free path is below 1/4: plain P1", p1_valid),
-                   claim("valid where the transport mean free path is below 1/4: plain P1", transport_valid),
-                   claim("valid where the mean free path is below 1/4: default model", default_valid),
-                   claim("valid where it is not below 1/4 as well: plain P1", p1_else),
-                   claim("valid where it is not below 1/4 as well: default model", default_else),
-                   {"map", "6", "discrete ordinates agree with Monte Carlo",
-                    "relative RMS of 6 sweeps, the worst cube", Test::kAtMost, 0.03, worst_ordinates, 2}};
+  result.claims = {
+      claim("valid where the mean free path is below 1/4: as printed", printed_valid),
+      claim("valid where the mean free path is below 1/4: plain P1", p1_valid),
+      claim("valid where the transport mean free path is below 1/4: plain P1", transport_valid),
+      claim("valid where the mean free path is below 1/4: default model", default_valid),
+      claim("valid where it is not below 1/4 as well: plain P1", p1_else),
+      claim("valid where it is not below 1/4 as well: default model", default_else),
+      {"map", "6", "discrete ordinates agree with Monte Carlo",
+       "relative RMS of 6 sweeps, the worst of 105 cubes", Test::kAtMost, 0.05, worst_ordinates, 2}};
   return result;
 }
 

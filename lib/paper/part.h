@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,7 +16,7 @@ namespace vdb_diffuse {
 /// what they say about the paper's words.
 struct PaperSettings {
   int relaxations = 3;  ///< of a v-cycle on each grid, as section 5.1 has it
-  int depth = 5;        ///< of a v-cycle, likewise
+  int depth = 0;        ///< grids of a v-cycle; 0: as many as can be halved. Section 5.1 has 5
   double effort = 1;    ///< factor on the paths of Monte Carlo; 1 is a run of some minutes, > 0
   Progress progress;
 };
@@ -65,5 +66,8 @@ std::string percent(double fraction);  ///< "12 %", "0.34 %"
 
 /// Seconds of a clock that never goes back.
 double secondsNow();
+
+/// The median of three runs' times; one run where that takes more than a second.
+double secondsOf(const std::function<void()>& work);
 
 }  // namespace vdb_diffuse

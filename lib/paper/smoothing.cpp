@@ -50,10 +50,10 @@ PaperResult angularSmoothing(const PaperSettings& settings) {
   const Moments m = scattered(kG, kBatches, paths);
   const double count = static_cast<double>(kBatches * paths);
   Chart chart;
-  chart.title = "Scattering smooths the dependence on direction (Stam 1995, appendix A)";
+  chart.title = "Scattering smooths the light (Stam 1995, appendix A)";
   chart.subtitle =
-      "coefficients of the intensity after n scatterings, Henyey-Greenstein g = 0.75; lines: "
-      "(p_l/4π)ⁿ with p_l = 4π gˡ";
+      "coefficients of its dependence on direction after n scatterings; Henyey-Greenstein, g = 0.75; lines: "
+      "(p_l/4π)ⁿ, p_l = 4π gˡ";
   chart.x.label = "scatterings n";
   chart.y.label = "coefficient over its first value";
   chart.x.low = -0.3;

@@ -7,8 +7,9 @@
 namespace vdb_diffuse {
 namespace {
 
-constexpr double kTolerance = 1e-3;  // that the two ways are raced to
-constexpr double kMostSeconds = 20;  // that relaxation alone may take
+constexpr int kPaperDepth = 5, kPaperRelaxations = 3;  // section 5.1
+constexpr double kTolerance = 1e-3;                    // that the two ways are raced to
+constexpr double kMostSeconds = 12;                    // that relaxation alone may take
 
 /// The grid of every relaxation of one cycle: the V.
 Chart shapeOf(const VCycleReport& report, int cells) {
@@ -25,6 +26,8 @@ Chart shapeOf(const VCycleReport& report, int cells) {
   for (size_t n = 0; n < report.visits.size(); ++n) {
     s.x.push_back(static_cast<double>(n + 1));
     s.y.push_back(cells >> report.visits[n]);
+    const bool down = s.y.size() == 1 || s.y[n] < s.y[n - 1];
+    s.labels.push_back(down ? number(s.y[n]) + " × " + number(s.y[n]) : "");
   }
   chart.series = {s};
   return chart;
@@ -46,22 +49,24 @@ double secondsTo(const VCycleReport& report) {
 
 PaperResult vCycleFigure(const PaperSettings& settings) {
   const PlaneSystem system = formPlaneSystem(beamMedium({}), PlaneForm::kCorrected);
-  const std::string printed = "v-cycles of depth " + std::to_string(settings.depth);
+  const std::string own = settings.depth == 0 ? std::string("v-cycles to the coarsest grid")
+                                              : "v-cycles of depth " + std::to_string(settings.depth);
   struct Way {
     std::string name;
     int depth, relaxations;
   };
   const Way ways[] = {{"relaxation alone", 1, 25},
-                      {printed, settings.depth, settings.relaxations},
-                      {"v-cycles to the coarsest grid", 0, settings.relaxations}};
+                      {"v-cycles of section 5.1", kPaperDepth, kPaperRelaxations},
+                      {own, settings.depth, settings.relaxations}};
   Chart chart;
   chart.title = "Multi-grid against relaxation";
-  chart.subtitle = "the beam of Fig. 3 on 512 × 512 cells, albedo 0.99, 20 optical depths; " +
-                   std::to_string(settings.relaxations) + " relaxations on each grid";
+  chart.subtitle =
+      "the beam of Fig. 3 on 512 × 512 cells, albedo 0.99, 20 optical depths; section 5.1: depth " +
+      std::to_string(kPaperDepth) + ", " + std::to_string(kPaperRelaxations) + " relaxations";
   chart.x.label = "time (s)";
   chart.x.scale = chart.y.scale = Scale::kLog;
   chart.y.label = "residual, relative";
-  chart.y.low = 1e-6;
+  chart.y.low = 3e-7;
   Csv csv({"way", "grids", "cycles", "relaxations_of_a_cycle", "work_of_a_cycle", "seconds", "residual"});
   PaperResult result;
   double seconds[3];
@@ -76,7 +81,9 @@ PaperResult vCycleFigure(const PaperSettings& settings) {
     v.progress = under(way.name, settings.progress);
     PlaneField x;
     const VCycleReport report = solveByVCycles(system, x, v);
-    Series s{way.name, {}, {}, {}, false, {}, n == 0 ? Marker::kNone : Marker::kDisc, Stroke::kSolid};
+    Series s{
+        way.name,      {}, {}, {}, false, {}, report.residual.size() > 40 ? Marker::kNone : Marker::kDisc,
+        Stroke::kSolid};
     for (size_t k = 1; k < report.residual.size(); ++k) {
       s.x.push_back(report.seconds[k]);
       s.y.push_back(report.residual[k]);
@@ -91,11 +98,12 @@ PaperResult vCycleFigure(const PaperSettings& settings) {
   result.add("fig2_convergence", chart);
   result.files.emplace_back("fig2.csv", csv.text());
   const double fastest = std::min(seconds[1], seconds[2]);
-  result.claims = {
-      {"fig2", "4.1", "multi-grid is an order of magnitude faster than relaxation",
-       "x faster to a residual of 1e-3", Test::kAtLeast, 10, seconds[0] / fastest, 2},
-      {"fig2", "5.1", "a depth of " + std::to_string(settings.depth) + " is enough",
-       "x the time of v-cycles to the coarsest grid", Test::kAtMost, 1, seconds[1] / seconds[2], 2}};
+  result.claims = {{"fig2", "4.1", "multi-grid is an order of magnitude faster than relaxation",
+                    "x faster to a residual of 1e-3", Test::kAtLeast, 10, seconds[0] / fastest, 2},
+                   {"fig2", "5.1", "512 x 512 cells take 30 s with a depth of 5 and 3 relaxations",
+                    "s to a residual of 1e-3", Test::kAtMost, 30, seconds[1], 1},
+                   {"fig2", "5.1", "a depth of 5 is as good as any", "x the time of " + own, Test::kAtMost,
+                    1.2, seconds[1] / seconds[2], 2}};
   return result;
 }
 

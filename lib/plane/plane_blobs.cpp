@@ -156,11 +156,21 @@ PlaneField densityOf(const std::vector<PlaneBlob>& blobs, const PlaneGrid& grid)
   return rho;
 }
 
-PlaneBasis planeBasis(const std::vector<PlaneBlob>& blobs, const PlaneGrid& grid) {
+std::vector<PlaneBlob> widened(std::vector<PlaneBlob> blobs, double factor) {
+  for (PlaneBlob& b : blobs) {
+    b.sigma *= factor;
+    b.peak /= factor * factor;  // of the same mass
+  }
+  return blobs;
+}
+
+PlaneBasis planeBasis(const std::vector<PlaneBlob>& blobs, const PlaneMedium& medium) {
+  const PlaneGrid& grid = medium.grid;
   std::vector<size_t> count(grid.count() + 1, 0);
   PlaneField sum(grid.count(), 0.0);
   for (const PlaneBlob& b : blobs)
     forEachCell(b, grid, [&](size_t c, double w) {
+      if (!(medium.rho[c] > 0)) return;
       ++count[c + 1];
       sum[c] += w;
     });
@@ -168,6 +178,7 @@ PlaneBasis planeBasis(const std::vector<PlaneBlob>& blobs, const PlaneGrid& grid
   PlaneBasis basis{count, std::vector<int>(count.back()), std::vector<double>(count.back())};
   for (size_t i = 0; i < blobs.size(); ++i)
     forEachCell(blobs[i], grid, [&](size_t c, double w) {
+      if (!(medium.rho[c] > 0)) return;
       const size_t e = count[c]++;
       basis.blob[e] = static_cast<int>(i);
       basis.value[e] = w / sum[c];
@@ -175,13 +186,13 @@ PlaneBasis planeBasis(const std::vector<PlaneBlob>& blobs, const PlaneGrid& grid
   return basis;
 }
 
-PlaneBlobSolution solvePlaneBlobs(const std::vector<PlaneBlob>& blobs, const PlaneSystem& system,
-                                  PlaneBlobForm form) {
+PlaneBlobSolution solvePlaneBlobs(const std::vector<PlaneBlob>& blobs, const PlaneMedium& medium,
+                                  const PlaneSystem& system, PlaneBlobForm form) {
   const double start = now();
   const Eigen::Index n = static_cast<Eigen::Index>(blobs.size());
   Matrix M = Matrix::Zero(n, n);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-  const PlaneBasis basis = planeBasis(blobs, system.A.grid);
+  const PlaneBasis basis = planeBasis(blobs, medium);
   if (form == PlaneBlobForm::kGalerkin)
     formGalerkin(system, basis, M, b);
   else

@@ -25,13 +25,16 @@ PlaneField densityOf(const std::vector<PlaneBlob>& blobs, const PlaneGrid& grid)
 /// faces where the last blob ends are open.
 enum class PlaneBlobForm { kGalerkin, kCollocation };
 
-/// psi_i = m_i G_i / sum_k m_k G_k in every cell where a blob reaches, listed cell by cell.
+/// The same blobs, as a basis with its sigmas times this.
+std::vector<PlaneBlob> widened(std::vector<PlaneBlob> blobs, double factor);
+
+/// psi_i = m_i G_i / sum_k m_k G_k in every cell of density that a blob reaches, listed cell by cell.
 struct PlaneBasis {
   std::vector<size_t> first;  ///< by cell its first entry; one more at the end
   std::vector<int> blob;
   std::vector<double> value;
 };
-PlaneBasis planeBasis(const std::vector<PlaneBlob>& blobs, const PlaneGrid& grid);
+PlaneBasis planeBasis(const std::vector<PlaneBlob>& blobs, const PlaneMedium& medium);
 
 struct PlaneBlobSolution {
   std::vector<double> I;  ///< by blob
@@ -39,9 +42,10 @@ struct PlaneBlobSolution {
   double seconds_form = 0, seconds_solve = 0;
 };
 
-/// Solves a system, formed on the grid that the integrals are summed over, in the span of the blobs, by LU.
-PlaneBlobSolution solvePlaneBlobs(const std::vector<PlaneBlob>& blobs, const PlaneSystem& system,
-                                  PlaneBlobForm form);
+/// Solves a system, formed of a medium on the grid that the integrals are summed over, in the span of the
+/// blobs, by LU.
+PlaneBlobSolution solvePlaneBlobs(const std::vector<PlaneBlob>& blobs, const PlaneMedium& medium,
+                                  const PlaneSystem& system, PlaneBlobForm form);
 
 /// I(x) = sum I_i psi_i; 0 where no blob reaches.
 PlaneField evaluateBlobs(const PlaneBasis& basis, const std::vector<double>& I);

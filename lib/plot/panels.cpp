@@ -35,7 +35,7 @@ class Sheet {
       tops.push_back(y + name_);
       y += name_ + high + below_ + 12;
     }
-    const double bar = y + 12, height = bar + 62;
+    const double bar = y + 12, height = hasScale() ? bar + 62 : y + 8;
     // Words may be wider than few panels.
     Canvas measure(format, 100, 100);
     const double words = kMargin + std::max(measure.textWidth(s_.title, {kTitle, kInk, true}),
@@ -56,7 +56,7 @@ class Sheet {
         canvas.text(s_.row_names[n], {kMargin + 6, tops[n] + high / 2}, style);
       }
     }
-    drawScale(canvas, {left_, bar, std::min(width - left_, 640.0), 16});
+    if (hasScale()) drawScale(canvas, {left_, bar, std::min(width - left_, 640.0), 16});
     return canvas.finish();
   }
 
@@ -113,6 +113,8 @@ class Sheet {
     TextStyle upwards{kSmall, kInk, false, AlignX::kMiddle, AlignY::kMiddle, true};
     canvas.text(s_.y_label, {x - (p.rows.empty() ? 16 : 74), y + p.height * h / 2}, upwards);
   }
+
+  bool hasScale() const { return !(s_.low_label + s_.scale_label + s_.high_label).empty(); }
 
   void drawScale(Canvas& canvas, const Box& box) const {
     constexpr int kSteps = 256;

@@ -32,7 +32,7 @@ struct PanelSheet {
   std::vector<std::string> row_names;  ///< to the left, upwards; empty: none
   ColourMap map = kLightMap;
   double low = 0, high = 1;
-  std::string scale_label;                 ///< "I_d0 over its largest"
+  std::string scale_label;                 ///< "I_d0 over its largest"; no labels at all: no scale
   std::string low_label, high_label;       ///< at the ends of the scale
   std::string x_label, y_label;            ///< of the values' columns and rows
   double cell_width = 1, cell_height = 1;  ///< of a value, pixels
