@@ -135,7 +135,8 @@ PaperResult reducedAndDiffuse(const PaperSettings& settings) {
     if (Q0[c] == 0) outside += light.truth.I0[c];
   }
   result.claims.push_back({"fig1", "2", "diffuse light goes where no reduced incident light is",
-                           "of the diffuse light beside the beam", Test::kAtLeast, 0.1, outside / all, 1});
+                           "of the diffuse light beside the beam", Criterion::kAtLeast, 0.1, outside / all,
+                           1});
   return result;
 }
 
@@ -216,13 +217,14 @@ PaperResult beamFigure(const PaperSettings& settings) {
   const auto leastStep = [](const std::vector<double>& v) { return std::min(v[1] / v[0], v[2] / v[1]); };
   result.claims = {
       {"fig3", "3", "equations as printed give the light (best of 7 beams)", "relative RMS from Monte Carlo",
-       Test::kAtMost, 0.1, least_printed, 2},
+       Criterion::kAtMost, 0.1, least_printed, 2},
       {"fig3", "3", "corrected equations give the light (worst of 7 beams)", "relative RMS from Monte Carlo",
-       Test::kAtMost, 0.1, worst, 3},
+       Criterion::kAtMost, 0.1, worst, 3},
       {"fig3", "5.1", "diffusion grows with the albedo",
-       "of the spread from one albedo to the next, at least", Test::kAtLeast, 1, leastStep(by_albedo), 1},
+       "of the spread from one albedo to the next, at least", Criterion::kAtLeast, 1, leastStep(by_albedo),
+       1},
       {"fig3", "5.1", "diffusion grows with mu_bar", "of the spread from one mu_bar to the next, at least",
-       Test::kAtLeast, 1, leastStep(by_mu_bar), 1}};
+       Criterion::kAtLeast, 1, leastStep(by_mu_bar), 1}};
   return result;
 }
 

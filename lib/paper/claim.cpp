@@ -8,8 +8,8 @@
 namespace vdb_diffuse {
 namespace {
 
-const char* sign(Test test) {
-  return test == Test::kAtMost ? "<=" : test == Test::kAtLeast ? ">=" : "=";
+const char* sign(Criterion criterion) {
+  return criterion == Criterion::kAtMost ? "<=" : criterion == Criterion::kAtLeast ? ">=" : "=";
 }
 
 }  // namespace
@@ -18,17 +18,20 @@ double Claim::factor() const {
   if (!std::isfinite(measured)) return HUGE_VAL;
   if (measured == promised) return 1;
   if (!(measured > 0 && promised > 0)) {  // no ratio: it is met, or it is not
-    const bool met =
-        test == Test::kAtMost ? measured <= promised : test == Test::kAtLeast && measured >= promised;
+    const bool met = criterion == Criterion::kAtMost
+                         ? measured <= promised
+                         : criterion == Criterion::kAtLeast && measured >= promised;
     return met ? 0 : HUGE_VAL;
   }
   const double over = measured / promised;
-  return test == Test::kAtMost ? over : test == Test::kAtLeast ? 1 / over : std::max(over, 1 / over);
+  return criterion == Criterion::kAtMost    ? over
+         : criterion == Criterion::kAtLeast ? 1 / over
+                                            : std::max(over, 1 / over);
 }
 
 Verdict Claim::verdict() const {
   const double f = factor();
-  if (f <= (test == Test::kEqual ? 1 + kSame : 1)) return Verdict::kHolds;
+  if (f <= (criterion == Criterion::kEqual ? 1 + kSame : 1)) return Verdict::kHolds;
   return f <= slack ? Verdict::kHoldsWithin : Verdict::kDoesNotHold;
 }
 
@@ -44,10 +47,10 @@ std::string Claim::verdictWords() const {
 }
 
 std::string claimsCsv(const std::vector<Claim>& claims) {
-  Csv csv({"part", "section", "claim", "quantity", "measured", "test", "promised", "slack", "verdict"});
+  Csv csv({"part", "section", "claim", "quantity", "measured", "criterion", "promised", "slack", "verdict"});
   for (const Claim& c : claims)
-    csv.row({c.part, c.section, c.words, c.quantity, number(c.measured), sign(c.test), number(c.promised),
-             number(c.slack), c.verdictWords()});
+    csv.row({c.part, c.section, c.words, c.quantity, number(c.measured), sign(c.criterion),
+             number(c.promised), number(c.slack), c.verdictWords()});
   return csv.text();
 }
 
@@ -55,7 +58,7 @@ std::string claimsTable(const std::vector<Claim>& claims) {
   std::vector<std::vector<std::string>> lines{{"section", "claim", "measured", "paper", "verdict"}};
   for (const Claim& c : claims)
     lines.push_back({c.section, c.words, number(c.measured, "%.3g") + " " + c.quantity,
-                     std::string(sign(c.test)) + " " + number(c.promised, "%.3g"), c.verdictWords()});
+                     std::string(sign(c.criterion)) + " " + number(c.promised, "%.3g"), c.verdictWords()});
   std::vector<size_t> width(lines[0].size(), 0);
   for (const auto& line : lines)
     for (size_t n = 0; n < line.size(); ++n) width[n] = std::max(width[n], line[n].size());

@@ -8,7 +8,7 @@ namespace vdb_diffuse {
 enum class Verdict { kHolds, kHoldsWithin, kDoesNotHold };
 
 /// How a claim is held against a measurement.
-enum class Test {
+enum class Criterion {
   kAtMost,   ///< measured <= promised
   kAtLeast,  ///< measured >= promised
   kEqual     ///< within `kSame` of each other
@@ -21,7 +21,7 @@ struct Claim {
   std::string section;   ///< of the paper
   std::string words;     ///< the claim in a few words
   std::string quantity;  ///< what was measured, with its unit
-  Test test = Test::kAtMost;
+  Criterion criterion = Criterion::kAtMost;
   double promised = 0, measured = 0;
   /// How far off, as a factor >= 1, still counts as "holds within".
   double slack = 1;

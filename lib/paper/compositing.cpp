@@ -83,11 +83,11 @@ PaperResult compositing(const PaperSettings& settings) {
   result.add("compositing", chart);
   result.files.emplace_back("compositing.csv", csv.text());
   result.claims = {{"compositing", "5.2", "compositing is right in a constant slab (albedo 1)",
-                    "the largest difference, renderer and steps", Test::kAtMost, 1e-3, conservative, 1},
+                    "the largest difference, renderer and steps", Criterion::kAtMost, 1e-3, conservative, 1},
                    {"compositing", "5.2", "compositing as printed is right in a constant slab (albedo 0.5)",
-                    "the largest difference, likewise", Test::kAtMost, 1e-3, absorbing, 1},
+                    "the largest difference, likewise", Criterion::kAtMost, 1e-3, absorbing, 1},
                    {"compositing", "5.2", "with the albedo before I it is right for both",
-                    "the largest difference from the renderer", Test::kAtMost, 1e-3, corrected, 1}};
+                    "the largest difference from the renderer", Criterion::kAtMost, 1e-3, corrected, 1}};
   return result;
 }
 

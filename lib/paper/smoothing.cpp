@@ -80,9 +80,9 @@ PaperResult angularSmoothing(const PaperSettings& settings) {
   const double noise = 4 / std::sqrt(count);
   result.claims = {
       {"smoothing", "A", "n scatterings multiply a coefficient by (p_l/4 pi)^n", "the largest difference",
-       Test::kAtMost, noise, off, 1},
+       Criterion::kAtMost, noise, off, 1},
       {"smoothing", "A", "p_1 = 2 pi mu_bar/3 as printed", "4 pi x the mean cosine, by Monte Carlo",
-       Test::kEqual, 2 * M_PI * 3 * kG / 3, 4 * M_PI * m.sum[1][0] / count, 1}};
+       Criterion::kEqual, 2 * M_PI * 3 * kG / 3, 4 * M_PI * m.sum[1][0] / count, 1}};
   return result;
 }
 

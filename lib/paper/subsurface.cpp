@@ -110,11 +110,11 @@ PaperResult subsurface(const PaperSettings& settings) {
   result.files.emplace_back("subsurface.csv", csv.text());
   result.claims = {
       {"subsurface", "5.3", "thin layers might not be accurate: the light inside (up to 1 optical depth)",
-       "relative RMS from Monte Carlo, the worst", Test::kAtLeast, 0.1, thin_inside, 1},
+       "relative RMS from Monte Carlo, the worst", Criterion::kAtLeast, 0.1, thin_inside, 1},
       {"subsurface", "5.3", "thin layers might not be accurate: what they reflect",
-       "relative error, the worst", Test::kAtLeast, 0.1, thin_reflected, 1},
+       "relative error, the worst", Criterion::kAtLeast, 0.1, thin_reflected, 1},
       {"subsurface", "5.3", "a thick layer (16 optical depths, isotropic) is accurate",
-       "relative RMS from Monte Carlo", Test::kAtMost, 0.1, thick_inside, 2}};
+       "relative RMS from Monte Carlo", Criterion::kAtMost, 0.1, thick_inside, 2}};
   return result;
 }
 

@@ -99,11 +99,11 @@ PaperResult vCycleFigure(const PaperSettings& settings) {
   result.files.emplace_back("fig2.csv", csv.text());
   const double fastest = std::min(seconds[1], seconds[2]);
   result.claims = {{"fig2", "4.1", "multi-grid is an order of magnitude faster than relaxation",
-                    "x faster to a residual of 1e-3", Test::kAtLeast, 10, seconds[0] / fastest, 2},
+                    "x faster to a residual of 1e-3", Criterion::kAtLeast, 10, seconds[0] / fastest, 2},
                    {"fig2", "5.1", "512 x 512 cells take 30 s with a depth of 5 and 3 relaxations",
-                    "s to a residual of 1e-3", Test::kAtMost, 30, seconds[1], 1},
-                   {"fig2", "5.1", "a depth of 5 is as good as any", "x the time of " + own, Test::kAtMost,
-                    1.2, seconds[1] / seconds[2], 2}};
+                    "s to a residual of 1e-3", Criterion::kAtMost, 30, seconds[1], 1},
+                   {"fig2", "5.1", "a depth of 5 is as good as any", "x the time of " + own,
+                    Criterion::kAtMost, 1.2, seconds[1] / seconds[2], 2}};
   return result;
 }
 

@@ -97,7 +97,7 @@ Layout layOut(const Chart& chart) {
   Layout layout;
   const double u = layout.unit = std::min(chart.width / 1600.0, chart.height / 1000.0);
   const double top = (chart.title.empty() ? 40 : 92) + (chart.subtitle.empty() ? 0 : 40);
-  layout.frame = {132 * u, top * u, chart.width - 182 * u, chart.height - (top + 112) * u};
+  layout.frame = {150 * u, top * u, chart.width - 200 * u, chart.height - (top + 112) * u};
   layout.scale_x = chart.x.scale;
   layout.scale_y = chart.y.scale;
   layout.x = rangeOf(chart, chart.x, x);

@@ -86,12 +86,18 @@ class Sheet {
 
   double shareOf(double value) const { return (value - s_.low) / (s_.high - s_.low); }
 
+  /// In steps too small to see, of which a file of half the size is made.
+  Colour stepped(double share) const {
+    constexpr double kSteps = 80;
+    return colourOf(s_.map, std::round(kSteps * share) / kSteps);
+  }
+
   void drawPanel(Canvas& canvas, const Panel& p, double x, double y, bool leftmost) const {
     const double w = s_.cell_width, h = s_.cell_height;
     canvas.text(p.title, {x, y - 8}, {kSubtitle, kInk});
     std::vector<Colour> pixels = p.colours;
     if (pixels.empty())
-      for (const double v : p.values) pixels.push_back(colourOf(s_.map, shareOf(v)));
+      for (const double v : p.values) pixels.push_back(stepped(shareOf(v)));
     canvas.raster({x, y, p.width * w, p.height * h}, p.width, p.height, pixels);
     for (size_t n = 0; n < p.words.size(); ++n) {
       const Colour& c = pixels[n];
