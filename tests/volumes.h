@@ -104,8 +104,9 @@ inline double lumpyDensity(const Coord& p, uint64_t seed = 0) {
 
 /// An emission of radiance Q(i,j,k) on a medium's voxels.
 inline void setEmission(Medium& medium, const std::function<double(Coord)>& Q) {
-  medium.emission = Field<float>(medium.topology());
-  forEachVoxel(medium.topology(), [&](Coord p, size_t i) { medium.emission[i] = static_cast<float>(Q(p)); });
+  medium.emission.assign(1, Field<float>(medium.topology()));
+  forEachVoxel(medium.topology(),
+               [&](Coord p, size_t i) { medium.emission[0][i] = static_cast<float>(Q(p)); });
 }
 
 inline Scene sunScene(const Vec3d& direction, const Vec3d& irradiance = Vec3d(1)) {

@@ -59,44 +59,6 @@ BlobSettings blobsOf(const BakeFlags& flags) {
   return settings;
 }
 
-/// Bytes that a bake takes at its peak. Counted in 4-byte fields over the blocks: density, and per channel
-/// the light, its vector means, and the results; then one solve.
-double memoryNeeded(const Medium& medium, bool flux, bool sweeps) {
-  const bool anisotropic = medium.optics.g != 0;
-  const double per_channel =
-      2 + (medium.optics.g > 0 ? 1 : 0) + (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
-  constexpr double kSolve =
-      13;  // r, p, q, z, w, b, x in double, operator of the finest level and the coarse ones
-  constexpr double kSweep = 16;    // depth, source and its slopes, mean, divergence, correction and its solve
-  constexpr double kMoments = 25;  // of source, light and beams
-  const double fields =
-      1 + 3 * per_channel + (flux ? 6 : 0) + kSolve + (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
-  return fields * sizeof(float) * kBlockVoxels * static_cast<double>(medium.topology().blockCount());
-}
-
-constexpr int kMostCoarsening = 4;
-
-/// Halves the resolution as often as --coarsen says, or as memory asks. \return how often
-int coarsenToFit(const BakeFlags& flags, bool flux, bool sweeps, Medium& medium) {
-  const bool fit = flags.coarsen == "auto";
-  const int wanted = fit ? 0 : std::stoi(flags.coarsen);
-  int times = 0;
-  double need = 0, free = 0;
-  while (true) {
-    need = memoryNeeded(medium, flux, sweeps);
-    free = static_cast<double>(freeMemory());
-    if (times >= wanted && (need <= free || !fit || times == kMostCoarsening)) break;
-    medium = coarsened(medium);
-    ++times;
-  }
-  if (need <= free) return times;
-  constexpr double kGiB = 1024.0 * 1024 * 1024;
-  char line[200];
-  std::snprintf(line, sizeof line, ": baking it may take %.1f GiB and %.1f GiB are free; %s", need / kGiB,
-                free / kGiB, fit ? "clip it" : "--coarsen auto solves it in larger voxels");
-  throw InputError(flags.input + line);
-}
-
 Metadata settingsOf(const BakeFlags& flags, const Medium& medium, const MediumSettings& words,
                     const DiffuseResult& result) {
   Metadata m = flags.metadataOf(medium, words);
@@ -119,19 +81,6 @@ std::string errorOf(const DiffuseResult& result) {
   std::snprintf(text, sizeof text, ", estimated error %.2g %% after %d sweep%s",
                 100 * *result.estimated_error, result.sweeps, result.sweeps == 1 ? "" : "s");
   return text;
-}
-
-/// Flags that contradict each other or are out of range, before any file is opened.
-void checkFlags(const BakeFlags& flags, const ModelSettings& model) {
-  if (!(flags.tolerance > 0 && flags.tolerance < 1))
-    throw UsageError("--tolerance: a number between 0 and 1 is needed");
-  if (flags.error && !(*flags.error > 0 && *flags.error < 1))
-    throw UsageError("--error: a number between 0 and 1 is needed; 0.05 is 5 %");
-  checkMethod(flags);
-  if (model.model == Model::kPaper && (flags.sweeps.value_or(0) > 0 || flags.error))
-    throw UsageError(
-        "--model paper: the printed equations lose energy, and no sweep can start from them; use "
-        "--model default or p1");
 }
 
 std::string errorNotReached(const DiffuseResult& result, double wanted) {
@@ -193,10 +142,66 @@ void addOutputGrids(const BakeFlags& flags, const std::string& suffix, const Met
 
 }  // namespace
 
+void checkFlags(const BakeFlags& flags) {
+  const ModelSettings model = modelOf(flags);
+  if (!(flags.tolerance > 0 && flags.tolerance < 1))
+    throw UsageError("--tolerance: a number between 0 and 1 is needed");
+  if (flags.error && !(*flags.error > 0 && *flags.error < 1))
+    throw UsageError("--error: a number between 0 and 1 is needed; 0.05 is 5 %");
+  checkMethod(flags);
+  if (model.model == Model::kPaper && (flags.sweeps.value_or(0) > 0 || flags.error))
+    throw UsageError(
+        "--model paper: the printed equations lose energy, and no sweep can start from them; use "
+        "--model default or p1");
+}
+
+double bakeBytes(const BakeFlags& flags, const Medium& medium) {
+  const bool flux = flags.wants("flux"), sweeps = sweepsOf(flags) > 0;
+  const bool anisotropic = medium.optics.g != 0;
+  const double per_channel =
+      2 + (medium.optics.g > 0 ? 1 : 0) + (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
+  constexpr double kSolve =
+      13;  // r, p, q, z, w, b, x in double, operator of the finest level and the coarse ones
+  constexpr double kSweep = 16;    // depth, source and its slopes, mean, divergence, correction and its solve
+  constexpr double kMoments = 25;  // of source, light and beams
+  const double fields = 1 + medium.emission.size() + 3 * per_channel + (flux ? 6 : 0) + kSolve +
+                        (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
+  return fields * sizeof(float) * kBlockVoxels * medium.topology().blockCount();
+}
+
+constexpr int kMostCoarsening = 4;
+
+int coarsenToFit(const BakeFlags& flags, Medium& medium) {
+  const bool fit = flags.coarsen == "auto";
+  const int wanted = fit ? 0 : std::stoi(flags.coarsen);
+  int times = 0;
+  double need = 0, free = 0;
+  while (true) {
+    need = bakeBytes(flags, medium);
+    free = static_cast<double>(freeMemory());
+    if (times >= wanted && (need <= free || !fit || times == kMostCoarsening)) break;
+    medium = coarsened(medium);
+    ++times;
+  }
+  if (need <= free) return times;
+  constexpr double kGiB = 1024.0 * 1024 * 1024;
+  char line[200];
+  std::snprintf(line, sizeof line, ": baking it may take %.1f GiB and %.1f GiB are free; %s", need / kGiB,
+                free / kGiB, fit ? "clip it" : "--coarsen auto solves it in larger voxels");
+  throw InputError(flags.input + line);
+}
+
+int sweepsOf(const BakeFlags& flags) {
+  if (flags.byBlobs()) return 0;
+  return flags.sweeps.value_or(flags.error                               ? kMostSweeps
+                               : modelOf(flags).model == Model::kDefault ? TransportSettings().sweeps
+                                                                         : 0);
+}
+
 Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress& progress) {
   const double start = now();
   const ModelSettings model = modelOf(flags);
-  checkFlags(flags, model);
+  checkFlags(flags);
   if (progress) progress("read", 0);
   Baked baked{VdbFile(flags.input), scene.medium, {}, {}, {}, {}};
   Medium& medium = baked.medium;
@@ -211,12 +216,9 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   settings.want_flux = flags.wants("flux");
   settings.progress = progress;
   TransportSettings transport;
-  transport.sweeps = flags.sweeps.value_or(flags.error                      ? kMostSweeps
-                                           : model.model == Model::kDefault ? transport.sweeps
-                                                                            : 0);
-  if (flags.byBlobs()) transport.sweeps = 0;
+  transport.sweeps = sweepsOf(flags);
   transport.error = flags.error;
-  const int coarser = coarsenToFit(flags, settings.want_flux, transport.sweeps > 0, medium);
+  const int coarser = coarsenToFit(flags, medium);
   stats.active_voxels = medium.topology().activeVoxelCount();
   stats.voxel_size = medium.transform().meanVoxelSize();
   stats.read = now() - start;
@@ -257,7 +259,7 @@ std::vector<OutputGrid> outputGrids(const BakeFlags& flags, Baked& baked) {
 
 ExitStatus bakeFrame(const BakeFlags& flags, const std::string& json_fields) {
   const double start = now();
-  checkFlags(flags, modelOf(flags));
+  checkFlags(flags);
   flags.check();
   const SceneFile scene = flags.scene.resolve();
   Progress progress = makeProgress(flags.progress, json_fields);
@@ -267,7 +269,7 @@ ExitStatus bakeFrame(const BakeFlags& flags, const std::string& json_fields) {
 
   const double write_start = now();
   if (progress) progress("write", 0);
-  const WriteReport written = flags.write(baked.file, baked.medium, outputGrids(flags, baked));
+  const WriteReport written = flags.write(baked.file, baked.words, baked.medium, outputGrids(flags, baked));
   result.warnings.insert(result.warnings.end(), written.warnings.begin(), written.warnings.end());
   stats.write = now() - write_start;
   stats.total = now() - start;

@@ -31,6 +31,23 @@ struct Baked {
   BakeStats stats;
 };
 
+/// Flags that contradict each other or are out of range, before any file is opened. \throws UsageError
+void checkFlags(const BakeFlags& flags);
+
+/// The transport sweeps that are asked for, or that are usual.
+int sweepsOf(const BakeFlags& flags);
+
+/// What lighting a medium may take, in bytes. Counted in 4-byte fields over the blocks: density and emission;
+/// per channel the light, its vector means, and the results; then one solve.
+double bakeBytes(const BakeFlags& flags, const Medium& medium);
+/// Halves the medium's resolution as often as --coarsen says, or as memory asks, before anything else is
+/// allocated. \return how often \throws InputError where it does not fit
+int coarsenToFit(const BakeFlags& flags, Medium& medium);
+
+/// Says on standard output what a bake would read and about how much memory and time it would take, and
+/// writes nothing. \throws as the bake would
+void dryRun(const BakeFlags& flags);
+
 /// Reads the volume and lights it. \throws UsageError, InputError, Interrupted
 Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress& progress);
 

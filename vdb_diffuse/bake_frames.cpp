@@ -36,7 +36,7 @@ constexpr char kExitStatus[] =
 /// What `bake` adds to the flags of a single one.
 struct SequenceFlags {
   std::string frames;
-  bool skip_existing = false;
+  bool skip_existing = false, dry_run = false;
 };
 
 bool exists(const std::string& path) {
@@ -52,6 +52,7 @@ ExitStatus worse(ExitStatus a, ExitStatus b) {
 BakeFlags flagsOf(BakeFlags flags, int frame) {
   std::vector<std::string*> names = flags.scene.paths();
   names.insert(names.end(), {&flags.input, &flags.output, &flags.stats});
+  for (std::string& more : flags.more_inputs) names.push_back(&more);
   for (std::string* name : names) *name = frameName(*name, frame);
   return flags;
 }
@@ -74,11 +75,15 @@ class LastLine {
 };
 
 /// Bakes one frame or skips it. Every outcome but success and non-convergence is an exception.
-ExitStatus bakeOrSkip(const BakeFlags& flags, bool skip_existing, const std::string& json_fields) {
+ExitStatus bakeOrSkip(const BakeFlags& flags, const SequenceFlags& sequence, const std::string& json_fields) {
   const LastLine last_line(flags.progress, json_fields);
-  if (skip_existing && exists(flags.output)) {
+  if (sequence.skip_existing && exists(flags.output)) {
     if (!flags.progress.quiet) std::cout << flags.output << ": exists, skipped\n";
     last_line({{"phase", "skipped"}, {"output", flags.output}});
+    return ExitStatus::kDone;
+  }
+  if (sequence.dry_run) {
+    dryRun(flags);
     return ExitStatus::kDone;
   }
   const double start = now();
@@ -114,7 +119,7 @@ ExitStatus bakeFrames(const BakeFlags& flags, const SequenceFlags& sequence) {
                                     ",\"frames\":" + std::to_string(frames.size()) + ",";
     ExitStatus status = ExitStatus::kDone;
     try {
-      status = bakeOrSkip(flagsOf(flags, frames[n]), sequence.skip_existing, json_fields);
+      status = bakeOrSkip(flagsOf(flags, frames[n]), sequence, json_fields);
     } catch (const UsageError&) {
       throw;
     } catch (const Interrupted&) {
@@ -133,15 +138,16 @@ ExitStatus bakeFrames(const BakeFlags& flags, const SequenceFlags& sequence) {
       others += (others.empty() ? ": " : ",") + number;
   }
   if (!flags.progress.quiet)
-    std::cout << done << " of " << frames.size() << " frames done" << (others.empty() ? "" : ", not")
-              << others << "\n";
+    std::cout << done << " of " << frames.size()
+              << (sequence.dry_run ? " frames can be baked" : " frames done")
+              << (others.empty() ? "" : ", not") << others << "\n";
   return worst;
 }
 
 ExitStatus run(const BakeFlags& flags, const SequenceFlags& sequence) {
   const auto limit = flags.limitThreads();
   if (!sequence.frames.empty()) return bakeFrames(flags, sequence);
-  return bakeOrSkip(flags, sequence.skip_existing, "");
+  return bakeOrSkip(flags, sequence, "");
 }
 
 }  // namespace
@@ -159,6 +165,12 @@ void addBake(CLI::App& program, ExitStatus& status) {
       ->add_flag("--skip-existing", sequence->skip_existing,
                  "Leave alone what has its output already, also where that says that it did not converge")
       ->group(group);
+  command
+      ->add_flag(
+          "--dry-run", sequence->dry_run,
+          "Read the input, say what was found and about how much memory and time a bake would take, and "
+          "write nothing")
+      ->group("Output");
   flags->addMethodTo(*command);
   flags->addOutputTo(*command, "density,diffuse,direct,flux,source", "density,diffuse,direct",
                      "JSON file with times, memory, residual and energy");

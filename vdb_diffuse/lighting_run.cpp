@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <locale>
+#include <sstream>
 
 #include "grid/error.h"
 #include "grid/spelling.h"
 #include "io/atomic_file.h"
+#include "medium_reader.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -28,7 +31,21 @@ std::string listOf(const std::vector<std::string>& names) {
   return list;
 }
 
+std::string textOf(const WorldBox& box) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << box.low[0] << ',' << box.low[1] << ',' << box.low[2] << ',' << box.high[0] << ',' << box.high[1]
+       << ',' << box.high[2];
+  return text.str();
+}
+
 }  // namespace
+
+std::vector<std::string> LightingFlags::inputs() const {
+  std::vector<std::string> paths{input};
+  paths.insert(paths.end(), more_inputs.begin(), more_inputs.end());
+  return paths;
+}
 
 bool LightingFlags::wants(const std::string& grid) const {
   return std::find(grids.begin(), grids.end(), grid) != grids.end();
@@ -36,6 +53,9 @@ bool LightingFlags::wants(const std::string& grid) const {
 
 void LightingFlags::addInputTo(CLI::App& command) {
   command.add_option("IN.vdb", input, "Volume with a density grid")->required();
+  command.add_option("MORE.vdb", more_inputs,
+                     "Further volumes, lit with the first as one medium: densities add. Voxel size and "
+                     "rotation are the same, and whole voxels lie between them");
   command.add_option("-o,--output", output, "VDB file to write")->required();
   addVolumeTo(command);
   scene.addTo(command);
@@ -78,9 +98,11 @@ void LightingFlags::check() const {
         (nearest.empty() ? "; choose from " + listOf(all_grids_) : "; did you mean " + nearest + "?"));
   }
   if (threads < 0) throw UsageError("--threads: a number above 0 is needed");
-  if (sameFile(input, output)) throw UsageError(output + ": is the input itself; give -o another name");
-  if (!stats.empty() && (stats == output || sameFile(stats, input)))
-    throw UsageError("--stats: " + stats + " is the input or the output; give it another name");
+  for (const std::string& path : inputs())
+    if (sameFile(path, output)) throw UsageError(output + ": is the input itself; give -o another name");
+  for (const std::string& path : inputs())
+    if (!stats.empty() && (stats == output || sameFile(stats, path)))
+      throw UsageError("--stats: " + stats + " is the input or the output; give it another name");
   for (const std::string& path : {output, stats})
     if (!path.empty()) AtomicFile probe(path);  // a folder one may not write to is found before the work
 }
@@ -98,15 +120,11 @@ int LightingFlags::threadCount() const {
 Medium LightingFlags::readMedium(const VdbFile& file, const MediumSettings& words) const {
   ReadSettings reading;
   reading.clamp = clamp;
-  Medium medium;
-  medium.density = file.readDensity(words.density.value_or(""), reading);
-  file.forget(medium.density.name);  // the bake will want the memory
-  medium.optics = opticsOf(words);
-  if (words.emission) {
-    medium.emission = file.readOnto(*words.emission, medium.density, reading);
-    file.forget(*words.emission);
-  }
-  return medium;
+  std::vector<VdbFile> others;
+  for (const std::string& path : more_inputs) others.emplace_back(path);
+  std::vector<const VdbFile*> files{&file};
+  for (const VdbFile& other : others) files.push_back(&other);
+  return vdb_diffuse::readMedium(files, words, reading);
 }
 
 Metadata LightingFlags::metadataOf(const Medium& medium, const MediumSettings& words) const {
@@ -120,17 +138,32 @@ Metadata LightingFlags::metadataOf(const Medium& medium, const MediumSettings& w
   m["g"] = medium.optics.g;
   m["emission_scale"] = medium.optics.emission_scale;
   if (words.emission) m["emission"] = *words.emission;
+  if (words.temperature) {
+    m["temperature"] = *words.temperature;
+    m["temperature_scale"] = words.temperature_scale.value_or(1);
+    m["blackbody_intensity"] = words.blackbody_intensity.value_or(1);
+  }
   m["density"] = medium.density.name;
+  if (words.min_density) m["min_density"] = *words.min_density;
+  if (words.crop) m["crop"] = textOf(*words.crop);
   return m;
 }
 
-WriteReport LightingFlags::write(const VdbFile& file, const Medium& medium,
+WriteReport LightingFlags::write(const VdbFile& file, const MediumSettings& words, const Medium& medium,
                                  std::vector<OutputGrid> lighting) const {
   WriteSettings writing;
   writing.half = half;
   writing.dilate = dilate;
   std::vector<std::string> kept = keep;
-  if (wants("density")) kept.push_back(medium.density.name);
+  const std::string& density = medium.density.name;
+  if (more_inputs.empty() && !cutOf(words).any()) {
+    if (wants("density")) kept.push_back(density);
+  } else if (wants("density") || std::find(kept.begin(), kept.end(), density) != kept.end()) {
+    kept.erase(std::remove(kept.begin(), kept.end(), density), kept.end());
+    OutputGrid grid{density, "", {medium.density.values}, {}};
+    grid.as_is = true;
+    lighting.insert(lighting.begin(), std::move(grid));
+  }
   return writeVdb(output, medium.density, std::move(lighting), writing, &file, kept);
 }
 

@@ -17,12 +17,14 @@ namespace vdb_diffuse {
 /// the same voxels go out.
 struct LightingFlags {
   std::string input, output, stats;
+  std::vector<std::string> more_inputs;  ///< lit with the first as one medium
   SceneOptions scene;
   ProgressFlags progress;
   int threads = 0, dilate = 0;
   std::vector<std::string> grids, keep;
   bool half = false, clamp = false;
 
+  std::vector<std::string> inputs() const;
   bool wants(const std::string& grid) const;
 
   /// IN.vdb, -o and the scene's flags; then the command's own; then
@@ -43,12 +45,15 @@ struct LightingFlags {
   std::unique_ptr<tbb::global_control> limitThreads() const;
   int threadCount() const;
 
+  /// \param file   the first input; the others are opened here
   Medium readMedium(const VdbFile& file, const MediumSettings& words) const;
 
   /// The version and the medium, for the grids of an output.
   Metadata metadataOf(const Medium& medium, const MediumSettings& words) const;
 
-  WriteReport write(const VdbFile& file, const Medium& medium, std::vector<OutputGrid> lighting) const;
+  /// The density is passed through from `file`, or is the medium's where that is another.
+  WriteReport write(const VdbFile& file, const MediumSettings& words, const Medium& medium,
+                    std::vector<OutputGrid> lighting) const;
 
  private:
   std::vector<std::string> all_grids_;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "grid/error.h"
+#include "medium_reader.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -36,7 +37,12 @@ MediumSettings mediumOf(const openvdb::MetaMap& metadata, const MediumSettings& 
     if (!setting) setting = value;
   };
   fill(medium.density, storedName(metadata, "density"));
-  fill(medium.emission, storedName(metadata, "emission"));
+  if (!said.emission && !said.temperature) {
+    medium.emission = storedName(metadata, "emission");
+    medium.temperature = storedName(metadata, "temperature");
+  }
+  fill(medium.temperature_scale, stored<double>(metadata, "temperature_scale"));
+  fill(medium.blackbody_intensity, stored<double>(metadata, "blackbody_intensity"));
   fill(medium.emission_scale, stored<double>(metadata, "emission_scale"));
   fill(medium.sigma_s, storedRgb(metadata, "sigma_s"));
   fill(medium.sigma_a, storedRgb(metadata, "sigma_a"));
@@ -44,8 +50,11 @@ MediumSettings mediumOf(const openvdb::MetaMap& metadata, const MediumSettings& 
   return medium;
 }
 
-void checkOptics(const std::string& path, const Optics& optics) {
-  bool good = std::abs(optics.g) < 1 && std::isfinite(optics.emission_scale) && optics.emission_scale >= 0;
+void checkOptics(const std::string& path, const MediumSettings& said) {
+  const Optics optics = opticsOf(said);
+  bool good = std::abs(optics.g) < 1;
+  for (const auto& factor : {said.emission_scale, said.temperature_scale, said.blackbody_intensity})
+    good &= std::isfinite(factor.value_or(1)) && factor.value_or(1) >= 0;
   for (int c = 0; c < 3; ++c)
     for (const double sigma : {optics.sigma_s[c], optics.sigma_a[c]})
       good &= std::isfinite(sigma) && sigma >= 0;
@@ -61,16 +70,21 @@ LitVolume readLitVolume(const std::string& path, const LitVolumeSettings& settin
   const std::string cure = "bake it with --grids density,diffuse,direct, or choose others with --light";
   if (settings.diffuse) file.require("diffuse", cure);
   if (settings.direct) file.require("direct", cure);
-  const MediumSettings said =
-      mediumOf(*file.readGrid(settings.diffuse ? "diffuse" : "direct"), settings.medium);
+  MediumSettings said = mediumOf(*file.readGrid(settings.diffuse ? "diffuse" : "direct"), settings.medium);
 
   LitVolume lit;
   Medium& medium = lit.medium;
-  medium.optics = opticsOf(said);
-  checkOptics(path, medium.optics);
+  checkOptics(path, said);
   const std::string density = said.density.value_or("density");
   file.require(density, "name another with --density, or bake with --grids density,diffuse,direct");
-  medium.density = file.readDensity(density, settings.read);
+  std::optional<std::string>& glow = said.temperature ? said.temperature : said.emission;
+  if (glow && !settings.medium.emission && !settings.medium.temperature && !file.has(*glow)) {
+    warnings.push_back(path + ": no grid " + *glow +
+                       ": the volume's own glow is not shown; bake with --keep " + *glow);
+    glow.reset();
+  }
+  said.density = density;
+  medium = readMedium({&file}, said, settings.read);
   if (medium.topology().activeVoxelCount() == 0)
     throw InputError(path + ": grid " + density + ": has no active voxels: there is nothing to see");
   const auto values = [&](const std::string& name) {
@@ -79,13 +93,6 @@ LitVolume readLitVolume(const std::string& path, const LitVolumeSettings& settin
   if (settings.diffuse) lit.diffuse = values("diffuse");
   if (settings.direct) lit.direct = values("direct");
 
-  if (said.emission) {
-    if (settings.medium.emission || file.has(*said.emission))
-      medium.emission = file.readOnto(*said.emission, medium.density, settings.read);
-    else
-      warnings.push_back(path + ": no grid " + *said.emission +
-                         ": the volume's own glow is not shown; bake with --keep " + *said.emission);
-  }
   if (medium.optics.g != 0 && settings.diffuse) {
     if (file.has("flux")) {
       Channels flux = values("flux");

@@ -119,14 +119,13 @@ void run(const ReferenceFlags& flags) {
   for (int n = 0; n < 3; ++n)  // which `compare --block` takes into account
     metadata["correlation_" + std::to_string(2 << n)] = result.correlation[n];
   metadata["seed"] = std::to_string(flags.seed);
-  const WriteReport written = flags.write(file, medium, outputGrids(flags, metadata, result));
+  const WriteReport written = flags.write(file, scene.medium, medium, outputGrids(flags, metadata, result));
   result.warnings.insert(result.warnings.end(), written.warnings.begin(), written.warnings.end());
   times.write = now() - write_start;
   times.total = now() - start;
   if (!flags.stats.empty()) writeReferenceStats(flags, medium, result, times);
 
-  for (const std::string& warning : result.warnings)
-    flags.progress.logOf("reference").warning(warning);
+  for (const std::string& warning : result.warnings) flags.progress.logOf("reference").warning(warning);
   if (!flags.progress.quiet)
     std::cout << flags.output << ": " << medium.topology().activeVoxelCount() << " voxels, " << result.samples
               << " paths, noise " << 100 * result.noise << " % per voxel, " << times.total << " s\n";

@@ -61,7 +61,7 @@ void checkWords(const ReportFlags& flags) {
 }
 
 Medium readMedium(const ReportFlags& flags, const SceneFile& scene) {
-  if (scene.scene.lights.empty() && !scene.medium.emission)
+  if (scene.scene.lights.empty() && !scene.medium.emission && !scene.medium.temperature)
     throw UsageError("no light: every method would be right; give one with --sun, --env or --scene");
   Medium medium = flags.readMedium(VdbFile(flags.input), scene.medium);
   const Field<float>& rho = medium.density.values;

@@ -65,10 +65,32 @@ void laySurfaces(const SceneOptions& o, Up up, Scene& scene) {
   for (Surface& surface : scene.surfaces) surface.albedo = albedo;
 }
 
+/// One grid or the other glows: a flag replaces what the scene file says.
+void layGlow(const SceneOptions& o, MediumSettings& medium) {
+  if (o.emission && o.temperature)
+    throw UsageError("give either --emission or --temperature: one grid says how the medium glows");
+  if (o.emission) {
+    medium.emission = o.emission;
+    medium.temperature.reset();
+  }
+  if (o.temperature) {
+    medium.temperature = o.temperature;
+    medium.emission.reset();
+  }
+  const auto number = [](const char* flag, const std::optional<std::string>& text,
+                         std::optional<double>& value) {
+    if (text) value = numberIn(flag, *text, 0);
+  };
+  number("--emission-scale", o.emission_scale, medium.emission_scale);
+  number("--temperature-scale", o.temperature_scale, medium.temperature_scale);
+  number("--blackbody-intensity", o.blackbody_intensity, medium.blackbody_intensity);
+}
+
 void layMedium(const SceneOptions& o, MediumSettings& medium) {
   if (o.density) medium.density = o.density;
-  if (o.emission) medium.emission = o.emission;
-  if (o.emission_scale) medium.emission_scale = numberIn("--emission-scale", *o.emission_scale, 0);
+  layGlow(o, medium);
+  if (o.min_density) medium.min_density = numberIn("--min-density", *o.min_density, 0);
+  if (o.crop) medium.crop = boxIn("--crop", *o.crop);
   if (o.sigma_s) medium.sigma_s = rgbIn("--sigma-s", *o.sigma_s);
   if (o.sigma_a) medium.sigma_a = rgbIn("--sigma-a", *o.sigma_a);
   if (o.sigma_t || o.albedo) {
@@ -105,6 +127,12 @@ void SceneOptions::addMediumTo(CLI::App& app, MediumDefaults defaults) {
   add("--g", g, "NUMBER", "Mean scattering cosine, between -1 and 1", "0");
   add("--emission", emission, "NAME", "Self-emission grid: radiance Q, emits sigma_a rho Q");
   add("--emission-scale", emission_scale, "NUMBER", "Factor on it", "1");
+  add("--temperature", temperature, "NAME",
+      "Temperature grid: glows as a black body, Q by Planck's law; instead of --emission");
+  add("--temperature-scale", temperature_scale, "NUMBER", "Kelvin per unit of the temperature grid", "1");
+  add("--blackbody-intensity", blackbody_intensity, "NUMBER", "Factor on the black body's radiance", "1");
+  add("--min-density", min_density, "NUMBER", "Leave voxels of less density out of the medium", "0");
+  add("--crop", crop, "x0,y0,z0,x1,y1,z1", "Leave voxels out whose centre is not in this box, world units");
 }
 
 void SceneOptions::addTo(CLI::App& app) {

@@ -59,6 +59,15 @@ Vec3d pointIn(const std::string& flag, const std::string& text) {
   return Vec3d(numbers->data());
 }
 
+WorldBox boxIn(const std::string& flag, const std::string& text) {
+  const auto x = numbersIn(text);
+  if (!x || x->size() != 6) refuseWord(flag, text, "expected six finite numbers, x0,y0,z0,x1,y1,z1");
+  const WorldBox box{Vec3d((*x)[0], (*x)[1], (*x)[2]), Vec3d((*x)[3], (*x)[4], (*x)[5])};
+  for (int a = 0; a < 3; ++a)
+    if (box.low[a] > box.high[a]) refuseWord(flag, text, "the low corner comes first");
+  return box;
+}
+
 Vec3d directionIn(const std::string& flag, const std::string& text) {
   const Vec3d v = pointIn(flag, text);
   const double scale = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});

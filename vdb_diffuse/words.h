@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "grid/transform.h"
+#include "grid/volume_cut.h"
 
 namespace vdb_diffuse {
 
@@ -25,6 +25,8 @@ double numberIn(const std::string& flag, const std::string& text, double lowest 
 /// r,g,b or one number for grey; each from 0 to `highest`.
 Vec3d rgbIn(const std::string& flag, const std::string& text, double highest = kUnbounded);
 Vec3d pointIn(const std::string& flag, const std::string& text);
+/// x0,y0,z0,x1,y1,z1, the low corner first.
+WorldBox boxIn(const std::string& flag, const std::string& text);
 /// Of length 1.
 Vec3d directionIn(const std::string& flag, const std::string& text);
 

@@ -155,7 +155,7 @@ class Diffusion {
     if (!source.shape.empty() && hasThickVoxels(optics.sigma_t_beam)) beams.shape = &source.shape[c];
     if (light.emission() && !medium_.emission.empty() && optics.sigma_a > 0 &&
         medium_.optics.emission_scale != 0)
-      beams.glow = &medium_.emission;
+      beams.glow = &medium_.emissionIn(static_cast<int>(c));
     beams.scale = normalisation(source.direct, beams.glow, medium_.optics.emission_scale);
     if (optics.true_sigma_s == 0 && !beams.glow) return light.addDark();
     setUp(c);
@@ -244,7 +244,7 @@ void warnOfDarkness(const Medium& medium, DiffuseResult& result) {
 Channels sourceField(const Medium& medium, const Channels& direct) {
   Channels source;
   for (size_t c = 0; c < 3; ++c) {
-    if (c == 1 && direct.size() == 1 && medium.optics.grey()) break;
+    if (c == 1 && direct.size() == 1 && medium.grey()) break;
     const Field<float>& light = direct[std::min(c, direct.size() - 1)];
     Field<float> field(medium.topology());
     const double sigma_s = medium.optics.sigma_s[static_cast<int>(c)];
@@ -252,7 +252,7 @@ Channels sourceField(const Medium& medium, const Channels& direct) {
     forEachBlock(field.blockCount(), [&](size_t b) {
       const float* rho = medium.density.values.block(b);
       for (int n = 0; n < kBlockVoxels; ++n) {
-        const double Q = medium.emission.empty() ? 0 : medium.emission.block(b)[n];
+        const double Q = medium.emission.empty() ? 0 : medium.emissionIn(static_cast<int>(c)).block(b)[n];
         field.block(b)[n] = static_cast<float>(rho[n] * (sigma_s * light.block(b)[n] + emission * Q));
       }
     });

@@ -66,7 +66,7 @@ class Gatherer {
         reflected_(medium, beamExtinction(medium, model, settings.phase_order), lights_, scene.surfaces,
                    occluder),
         gather_(reflected_.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>()),
-        channels_(medium.optics.grey() && greyLight(scene) ? 1 : 3),
+        channels_(medium.grey() && greyLight(scene) ? 1 : 3),
         rays_(std::max(1, settings.rays_per_voxel)),
         shaped_(settings.want_shape),
         ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {

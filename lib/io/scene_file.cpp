@@ -16,12 +16,32 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 
 using Place = JsonPlace;
 
+WorldBox boxOf(const Place& box) {
+  if (!box.value.is_array() || box.value.size() != 6) box.refuseType("six numbers [x0, y0, z0, x1, y1, z1]");
+  WorldBox result;
+  for (int a = 0; a < 3; ++a) {
+    result.low[a] = box[static_cast<size_t>(a)].number();
+    result.high[a] = box[static_cast<size_t>(a + 3)].number();
+    if (result.low[a] > result.high[a]) box.refuse("the low corner comes first");
+  }
+  return result;
+}
+
 MediumSettings mediumOf(const Place& medium) {
-  medium.onlyKeys({"density", "sigma_s", "sigma_a", "sigma_t", "albedo", "g", "emission", "emission_scale"});
+  medium.onlyKeys({"density", "sigma_s", "sigma_a", "sigma_t", "albedo", "g", "emission", "emission_scale",
+                   "temperature", "temperature_scale", "blackbody_intensity", "min_density", "crop"});
   MediumSettings settings;
   if (medium.has("density")) settings.density = medium["density"].text();
   if (medium.has("emission")) settings.emission = medium["emission"].text();
-  if (medium.has("emission_scale")) settings.emission_scale = medium["emission_scale"].number(0);
+  if (medium.has("temperature")) settings.temperature = medium["temperature"].text();
+  if (settings.emission && settings.temperature)
+    medium.refuse("give either an emission grid or a temperature grid");
+  for (const auto& [key, setting] : {std::pair("emission_scale", &settings.emission_scale),
+                                     std::pair("temperature_scale", &settings.temperature_scale),
+                                     std::pair("blackbody_intensity", &settings.blackbody_intensity),
+                                     std::pair("min_density", &settings.min_density)})
+    if (medium.has(key)) *setting = medium[key].number(0);
+  if (medium.has("crop")) settings.crop = boxOf(medium["crop"]);
   if (medium.has("sigma_s")) settings.sigma_s = medium["sigma_s"].rgb();
   if (medium.has("sigma_a")) settings.sigma_a = medium["sigma_a"].rgb();
   if (medium.has("sigma_t") || medium.has("albedo")) {
@@ -91,6 +111,10 @@ Surface surfaceOf(const Place& surface, Up up) {
 }
 
 }  // namespace
+
+VolumeCut cutOf(const MediumSettings& settings) {
+  return {settings.min_density.value_or(0), settings.crop};
+}
 
 Optics opticsOf(const MediumSettings& settings) {
   Optics optics;

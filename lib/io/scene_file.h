@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "grid/volume_cut.h"
 #include "io/mesh_file.h"
 #include "medium/medium.h"
 #include "scene/scene.h"
@@ -11,11 +12,18 @@ namespace vdb_diffuse {
 
 /// What a scene file or the command line says about the medium; what is absent keeps its default.
 struct MediumSettings {
-  std::optional<std::string> density, emission;  ///< names of grids
-  std::optional<Vec3d> sigma_s, sigma_a;         ///< per unit density, 1/(length density), >= 0
-  std::optional<double> g;                       ///< mean scattering cosine, -1 < g < 1
-  std::optional<double> emission_scale;          ///< factor on the emission grid's radiance, >= 0
+  std::optional<std::string> density, emission, temperature;  ///< names of grids
+  std::optional<Vec3d> sigma_s, sigma_a;                      ///< per unit density, 1/(length density), >= 0
+  std::optional<double> g;                                    ///< mean scattering cosine, -1 < g < 1
+  std::optional<double> emission_scale;       ///< factor on the emission grid's radiance, >= 0
+  std::optional<double> temperature_scale;    ///< kelvin per unit of the temperature grid, >= 0
+  std::optional<double> blackbody_intensity;  ///< factor on the radiance of a black body, >= 0
+  std::optional<double> min_density;          ///< voxels of less are left out, >= 0
+  std::optional<WorldBox> crop;               ///< voxels whose centre lies outside are left out
 };
+
+/// The voxels that are left out.
+VolumeCut cutOf(const MediumSettings& settings);
 
 /// sigma_s 1, sigma_a 0, g 0 and emission_scale 1 where nothing is said.
 Optics opticsOf(const MediumSettings& settings);

@@ -138,20 +138,22 @@ WriteReport writeVdb(const std::string& path, const Volume& where, std::vector<O
 
   const auto topologies = widened(where.topology, settings.dilate);
   for (OutputGrid& grid : grids) {
+    const int layers = grid.as_is ? 0 : settings.dilate;
     for (Field<float>& field : grid.channels)
-      for (int n = 0; n < settings.dilate; ++n)
-        field = dilatedField(*topologies[n], field, *topologies[n + 1]);
-    const openvdb::GridBase::Ptr tree = gridOf(*topologies.back(), grid.channels, Transform());
+      for (int n = 0; n < layers; ++n) field = dilatedField(*topologies[n], field, *topologies[n + 1]);
+    const openvdb::GridBase::Ptr tree = gridOf(*topologies[layers], grid.channels, Transform());
     tree->setTransform(transform->copy());
     tree->setName(grid.name);
     tree->setGridClass(grid.channels.size() == 1 ? openvdb::GRID_FOG_VOLUME : openvdb::GRID_UNKNOWN);
     setMetadata(*tree, grid.metadata);
     if (!grid.unit.empty()) tree->insertMeta("unit", openvdb::StringMetadata(grid.unit));
     tree->insertMeta("program", openvdb::StringMetadata(kProgram));
-    if (settings.half && largestMagnitude(grid.channels) <= kLargestHalf)
-      tree->setSaveFloatAsHalf(true);
-    else if (settings.half)
-      report.warnings.push_back("grid " + grid.name + " has values above 65504 and is stored in 32 bits");
+    if (settings.half && !grid.as_is) {
+      if (largestMagnitude(grid.channels) <= kLargestHalf)
+        tree->setSaveFloatAsHalf(true);
+      else
+        report.warnings.push_back("grid " + grid.name + " has values above 65504 and is stored in 32 bits");
+    }
     grid.channels.clear();
     output.push_back(tree);
   }

@@ -18,6 +18,7 @@ struct OutputGrid {
   std::string unit;   ///< stored as metadata `unit`
   Channels channels;  ///< on the topology of the volume they are written with
   Metadata metadata;
+  bool as_is = false;  ///< neither widened nor stored in 16 bits
 };
 
 struct WriteSettings {

@@ -81,13 +81,15 @@ Medium coarsened(const Medium& medium) {
       Transform(t.axis(0) * 2.0, t.axis(1) * 2.0, t.axis(2) * 2.0, t.toWorld(Vec3d(0.5)));
   coarse.density.values =
       meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) { return rho.block(b)[n]; });
-  if (medium.emission.empty()) return coarse;
-  coarse.emission = meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) {
-    return static_cast<double>(rho.block(b)[n]) * medium.emission.block(b)[n];
-  });
-  for (size_t i = 0; i < coarse.emission.size(); ++i) {
-    const float density = coarse.density.values[i];
-    coarse.emission[i] = density > 0 ? coarse.emission[i] / density : 0;
+  for (const Field<float>& channel : medium.emission) {
+    Field<float> Q = meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) {
+      return static_cast<double>(rho.block(b)[n]) * channel.block(b)[n];
+    });
+    for (size_t i = 0; i < Q.size(); ++i) {
+      const float density = coarse.density.values[i];
+      Q[i] = density > 0 ? Q[i] / density : 0;
+    }
+    coarse.emission.push_back(std::move(Q));
   }
   return coarse;
 }

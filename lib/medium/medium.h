@@ -24,11 +24,15 @@ struct Optics {
 /// A density grid with its optics; all lengths are world units.
 struct Medium {
   Volume density;
-  Field<float> emission;  ///< radiance Q (before `emission_scale`) on the density's topology; empty: none
+  Channels emission;  ///< radiance Q (before `emission_scale`) on the density's topology; empty: none
   Optics optics;
 
   const Topology& topology() const { return *density.topology; }
   const Transform& transform() const { return density.transform; }
+  /// Only for a medium that has an emission.
+  const Field<float>& emissionIn(int channel) const { return emission[emission.size() == 1 ? 0 : channel]; }
+  /// One channel serves all, as far as the medium goes.
+  bool grey() const { return optics.grey() && emission.size() <= 1; }
 };
 
 }  // namespace vdb_diffuse

@@ -56,7 +56,7 @@ bool coloured(const Light& light) {
 }
 
 int channelsOf(const Medium& medium, const Scene& scene) {
-  if (!medium.optics.grey()) return 3;
+  if (!medium.grey()) return 3;
   for (const NamedLight& named : scene.lights)
     if (coloured(named.light)) return 3;
   for (const Surface& surface : scene.surfaces)

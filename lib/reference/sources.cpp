@@ -68,21 +68,27 @@ class LampOntoSurfaces : public Source {
   const Scenery& scenery_;
 };
 
-/// Voxels that glow, drawn by their power 4 pi sigma_a rho Q V.
+/// Voxels that glow, drawn by their power 4 pi sigma_a rho Q V, Q being the mean of its colours.
 class Glow : public Source {
  public:
   explicit Glow(const Medium& medium) {
     const double volume = medium.transform().voxelVolume();
     power_ = medium.optics.sigma_a * (4 * M_PI * volume * medium.optics.emission_scale);
     if (medium.emission.empty() || power_.isZero()) return;
+    const size_t colours = medium.emission.size();
     const Topology& topology = medium.topology();
     for (size_t b = 0; b < topology.blockCount(); ++b)
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const size_t i = b * kBlockVoxels + it.pos();
-        const double glow = static_cast<double>(medium.density.values[i]) * medium.emission[i];
+        double Q = 0;
+        for (const Field<float>& channel : medium.emission) Q += channel[i];
+        const double glow = static_cast<double>(medium.density.values[i]) * (Q / colours);
         if (!(glow > 0)) continue;
         total_ += glow;
         voxels_.push_back(i);
+        if (colours > 1)
+          tints_.push_back(Vec3d(medium.emission[0][i], medium.emission[1][i], medium.emission[2][i]) *
+                           (colours / Q));
         cumulative_.push_back(total_);
       }
   }
@@ -92,10 +98,12 @@ class Glow : public Source {
   PathStart start(const double u[4], RandomStream&) const override {
     PathStart start;
     start.kind = PathStart::Kind::kMedium;
-    start.power = power_ * total_;
-    const size_t n =
+    const size_t drawn =
         std::upper_bound(cumulative_.begin(), cumulative_.end(), u[0] * total_) - cumulative_.begin();
-    start.voxel = voxels_[std::min(n, voxels_.size() - 1)];
+    const size_t n = std::min(drawn, voxels_.size() - 1);
+    start.power = power_ * total_;
+    if (!tints_.empty()) start.power = start.power * tints_[n];
+    start.voxel = voxels_[n];
     return start;
   }
 
@@ -103,6 +111,7 @@ class Glow : public Source {
   Vec3d power_;
   double total_ = 0;
   std::vector<size_t> voxels_;
+  std::vector<Vec3d> tints_;  ///< of each voxel's Q over its mean; empty: grey
   std::vector<double> cumulative_;
 };
 

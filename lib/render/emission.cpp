@@ -19,7 +19,7 @@ double luminanceOf(const Channels& channels, size_t voxel) {
 }  // namespace
 
 bool grey(const LitVolume& lit) {
-  return lit.medium.optics.grey() && lit.diffuse.size() <= 1 && lit.direct.size() <= 1;
+  return lit.medium.grey() && lit.diffuse.size() <= 1 && lit.direct.size() <= 1;
 }
 
 template <int kChannels>
@@ -43,13 +43,13 @@ Field<VoxelLight<kChannels>> emittedToward(const Camera& camera, const LitVolume
         along = optics.g * kFluxToI1 * Vec3d(lit.flux[0][i], lit.flux[1][i], lit.flux[2][i]).dot(s);
       }
       const double mean = lit.diffuse.size() == 3 ? luminanceOf(lit.diffuse, i) : 0;
-      const double Q = medium.emission.empty() ? 0 : medium.emission[i] * optics.emission_scale;
       VoxelLight<kChannels>& voxel = light[i];
       voxel.rho = static_cast<float>(rho);
       for (int c = 0; c < kChannels; ++c) {
         const double diffuse = valueOf(lit.diffuse, c, i);
         const double tint = mean > 0 ? diffuse / mean : 1;
         const double scattered = valueOf(lit.direct, c, i) + diffuse + along * tint;
+        const double Q = valueOf(medium.emission, c, i) * optics.emission_scale;
         voxel.emitted[c] =
             static_cast<float>(rho * (optics.sigma_s[c] * std::max(0.0, scattered) + optics.sigma_a[c] * Q));
       }

@@ -48,6 +48,7 @@ void addFields(Channels part, Channels& sum) {
 std::vector<TintedLight> splitByTint(const Medium& medium, const std::vector<Surface>& surfaces,
                                      const LightGroup& group) {
   if (!medium.optics.grey() || greyLight({group.lights, surfaces}) || !greyLight({{}, surfaces})) return {};
+  if (group.emission && medium.emission.size() > 1) return {};
   std::vector<TintedLight> tints;
   const auto of = [&](const Vec3d& tint) -> LightGroup& {
     for (TintedLight& t : tints)

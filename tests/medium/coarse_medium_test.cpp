@@ -12,8 +12,8 @@ Medium raggedMedium() {
   Medium medium = boxMedium(
       Coord(19, 6, 11), Transform::uniform(0.5, Vec3d(1, 2, 3)),
       [](Coord p) { return p[0] % 3 == 0 ? -1.0 : 0.25 * p[0] + p[1] + 0.1 * p[2]; }, Coord(-9, -3, 5));
-  medium.emission = Field<float>(medium.topology());
-  forEachVoxel(medium.topology(), [&](Coord p, size_t i) { medium.emission[i] = 1.0f + (p[2] & 3); });
+  medium.emission.emplace_back(medium.topology());
+  forEachVoxel(medium.topology(), [&](Coord p, size_t i) { medium.emission[0][i] = 1.0f + (p[2] & 3); });
   return medium;
 }
 
@@ -30,7 +30,7 @@ TEST(CoarseMedium, MassItsCentreAndPowerStay) {
   };
   EXPECT_NEAR(mass(coarse), mass(fine), 1e-6 * mass(fine));
   const auto power = [](const Medium& m) {
-    return sumOver(m, [&](Coord, size_t i) { return m.density.values[i] * m.emission[i]; });
+    return sumOver(m, [&](Coord, size_t i) { return m.density.values[i] * m.emission[0][i]; });
   };
   EXPECT_NEAR(power(coarse), power(fine), 1e-6 * power(fine));
 }

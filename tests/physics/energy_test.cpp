@@ -74,9 +74,8 @@ TEST(Energy, ClosesForAnyMedium) {
         EXPECT_NEAR(result.energy.scattered_in, power(medium, test.sigma_s, result.direct), 1e-5 * in)
             << where;
         if (test.emits) {
-          Channels Q;
-          Q.push_back(medium.emission);
-          EXPECT_NEAR(result.energy.emitted, power(medium, test.sigma_a, Q), 1e-5 * in) << where;
+          EXPECT_NEAR(result.energy.emitted, power(medium, test.sigma_a, medium.emission), 1e-5 * in)
+              << where;
         }
         if (result.negative_voxels == 0) {
           EXPECT_NEAR(result.energy.absorbed, power(medium, test.sigma_a, result.diffuse), 1e-5 * in)

@@ -104,7 +104,7 @@ TEST(Render, SelfEmissionFillsUpToItsRadiance) {
     lit.medium.optics.sigma_s = Vec3d(0);
     lit.medium.optics.sigma_a = Vec3d(0.6);
     lit.medium.optics.emission_scale = 2.5;
-    lit.medium.emission = constant(lit, 2);
+    lit.medium.emission = {constant(lit, 2)};
     RenderSettings settings;
     settings.interpolate = interpolate;
     const Picture picture = render(lit, downThrough(lit), settings);

@@ -36,7 +36,7 @@ struct Channel {
   /// With the diffuse light I0(p) and no flux.
   template <typename Function>
   ChannelSolution solution(double scale, const Function& I0) {
-    const Field<float>* glow = medium.emission.empty() ? nullptr : &medium.emission;
+    const Field<float>* glow = medium.emission.empty() ? nullptr : &medium.emissionIn(0);
     ChannelSolution channel(*equation, multigrid.get(),
                             {&Q0, &Q1_flux, shape ? &*shape : nullptr, glow, scale}, &Q2_moments, rhs,
                             nothing);

@@ -16,7 +16,7 @@ Medium glowingBall() {
   medium.optics.sigma_s = Vec3d(3);
   medium.optics.sigma_a = Vec3d(0.5);
   medium.optics.g = 0.5;
-  medium.emission = medium.density.values;
+  medium.emission.push_back(medium.density.values);
   return medium;
 }
 

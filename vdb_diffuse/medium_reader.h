@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "io/scene_file.h"
+#include "io/vdb_reader.h"
+
+namespace vdb_diffuse {
+
+/// The medium that one or more files hold together: densities add on the voxels of the first file, what
+/// `words` leaves out is cut away, and the voxels glow with what each file says of them. The grids that were
+/// read are forgotten, as the work to come will want the memory. \throws InputError naming file and grid
+Medium readMedium(const std::vector<const VdbFile*>& files, const MediumSettings& words,
+                  const ReadSettings& reading);
+
+}  // namespace vdb_diffuse
