@@ -27,25 +27,45 @@ double planck(double lambda, double kelvin) {
   return 2 * h * c * c / std::pow(lambda, 5) / std::expm1(h * c / (lambda * k * kelvin));
 }
 
+constexpr int kShortest = 360, kLongest = 830;  // nm
+
+/// The responses at every nm.
+const std::vector<Vec3d>& responses() {
+  static const std::vector<Vec3d> table = [] {
+    std::vector<Vec3d> all;
+    for (int lambda = kShortest; lambda <= kLongest; ++lambda) all.push_back(observer(lambda));
+    return all;
+  }();
+  return table;
+}
+
+Vec3d rgbOf(const Vec3d& xyz) {
+  // IEC 61966-2-1.
+  Vec3d rgb(3.2406 * xyz[0] - 1.5372 * xyz[1] - 0.4986 * xyz[2],
+            -0.9689 * xyz[0] + 1.8758 * xyz[1] + 0.0415 * xyz[2],
+            0.0557 * xyz[0] - 0.2040 * xyz[1] + 1.0570 * xyz[2]);
+  for (int c = 0; c < 3; ++c) rgb[c] = std::max(rgb[c], 0.0);
+  const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+  return luminance > 0 ? rgb * (xyz[1] / luminance) : Vec3d(0);
+}
+
 constexpr double kColdest = 500;  // a part in 1e14 of what a flame of 1500 K shows
 
 /// Colours over the temperature, to be interpolated: its logarithm in equal steps, luminance by its
 /// logarithm, the colour as shares of the luminance. Between entries the luminance is off by less than 1e-4.
 class Table {
  public:
-  explicit Table(double hottest)
-      : steps_(hottest > kColdest ? 2048 : 0), step_(std::log(hottest / kColdest) / 2048) {
-    for (int n = 0; n <= steps_; ++n) {
-      const double T = kColdest * std::exp(n * step_);
-      const double Y = blackbodyXyz(T)[1];
-      entries_.push_back({std::log(Y), blackbodyRgb(T) / Y});
+  explicit Table(double hottest) {
+    for (double x = 0; hottest > kColdest && x < std::log(hottest / kColdest) + kStep; x += kStep) {
+      const Vec3d xyz = blackbodyXyz(kColdest * std::exp(kStep * static_cast<double>(entries_.size())));
+      entries_.push_back({std::log(xyz[1]), rgbOf(xyz) / xyz[1]});
     }
   }
   Vec3d at(double kelvin) const {
-    if (!(kelvin >= kColdest)) return Vec3d(0);
-    const double x = std::log(kelvin / kColdest) / step_;
-    const int n = std::min(static_cast<int>(x), steps_ - 1);
-    const double t = std::min(x - n, 1.0);
+    if (!(kelvin >= kColdest) || entries_.size() < 2) return Vec3d(0);
+    const double x = std::log(kelvin / kColdest) / kStep;
+    const size_t n = std::min(static_cast<size_t>(x), entries_.size() - 2);
+    const double t = std::min(x - static_cast<double>(n), 1.0);
     const Entry &a = entries_[n], &b = entries_[n + 1];
     return (a.colour * (1 - t) + b.colour * t) * std::exp(a.log_luminance * (1 - t) + b.log_luminance * t);
   }
@@ -55,8 +75,7 @@ class Table {
     double log_luminance;
     Vec3d colour;
   };
-  int steps_;
-  double step_;
+  static constexpr double kStep = 1. / 256;
   std::vector<Entry> entries_;
 };
 
@@ -65,21 +84,13 @@ class Table {
 Vec3d blackbodyXyz(double kelvin) {
   if (!(kelvin > 0)) return Vec3d(0);
   Vec3d sum(0);
-  constexpr int kFrom = 360, kTo = 830;  // nm
-  for (int lambda = kFrom; lambda <= kTo; ++lambda)
-    sum += observer(lambda) * (planck(lambda * 1e-9, kelvin) * 1e-9);
+  for (int lambda = kShortest; lambda <= kLongest; ++lambda)
+    sum += responses()[lambda - kShortest] * (planck(lambda * 1e-9, kelvin) * 1e-9);
   return sum;
 }
 
 Vec3d blackbodyRgb(double kelvin) {
-  const Vec3d xyz = blackbodyXyz(kelvin);
-  // IEC 61966-2-1.
-  Vec3d rgb(3.2406 * xyz[0] - 1.5372 * xyz[1] - 0.4986 * xyz[2],
-            -0.9689 * xyz[0] + 1.8758 * xyz[1] + 0.0415 * xyz[2],
-            0.0557 * xyz[0] - 0.2040 * xyz[1] + 1.0570 * xyz[2]);
-  for (int c = 0; c < 3; ++c) rgb[c] = std::max(rgb[c], 0.0);
-  const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-  return luminance > 0 ? rgb * (xyz[1] / luminance) : Vec3d(0);
+  return rgbOf(blackbodyXyz(kelvin));
 }
 
 Channels blackbodyField(const Field<float>& temperature, double kelvin, double intensity) {
