@@ -72,16 +72,6 @@ std::vector<Point> corners(const Box& box) {
   return {{box.left, box.top}, {box.right(), box.top}, {box.right(), box.bottom()}, {box.left, box.bottom()}};
 }
 
-void drawBar(Canvas& canvas, const Box& box, const ColourMap& map, const std::string& low,
-             const std::string& high) {
-  for (int x = 0; x < static_cast<int>(box.width); ++x)
-    canvas.area(corners({box.left + x, box.top, 1, box.height}), colourOf(map, (x + 0.5) / box.width));
-  TextStyle style{14, kInk};
-  canvas.text(low, {box.left, box.bottom() + 18}, style);
-  style.x = AlignX::kRight;
-  canvas.text(high, {box.right(), box.bottom() + 18}, style);
-}
-
 }  // namespace
 
 std::string differencePicture(const GridValues& stored, const GridValues& now, const Coord& worst,
@@ -129,9 +119,9 @@ std::string differencePicture(const GridValues& stored, const GridValues& now, c
     canvas.line(frame, {{0, 0.62, 0.45}, 2});
   }
   const double bar = kHeader + high + 16;
-  drawBar(canvas, {kMargin, bar, 2.0 * column + kMargin, kBar}, kLightMap, "0", number(brightest));
-  drawBar(canvas, {2.0 * column + 3 * kMargin, bar, static_cast<double>(column), kBar}, kDifferenceMap,
-          number(-apart), number(apart));
+  drawColourBar(canvas, {kMargin, bar, 2.0 * column + kMargin, kBar}, kLightMap, "0", number(brightest));
+  drawColourBar(canvas, {2.0 * column + 3 * kMargin, bar, static_cast<double>(column), kBar}, kDifferenceMap,
+                number(-apart), number(apart));
   return canvas.finish();
 }
 

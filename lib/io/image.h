@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene/scene.h"
@@ -26,6 +27,8 @@ struct ExrOptions {
   const std::vector<float>* alpha =
       nullptr;  ///< one per pixel, 0..1, the colours being premultiplied; none: RGB
   std::map<std::string, std::string> attributes;  ///< text beside the picture, by name
+  /// More pictures of the same size, with channels NAME.R, NAME.G and NAME.B: a compositor's layers.
+  std::vector<std::pair<std::string, const Image*>> layers = {};
 };
 
 /// \throws OutputError

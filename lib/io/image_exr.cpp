@@ -213,17 +213,26 @@ Image readExr(const std::string& path) {
 
 void writeExr(const std::string& path, const Image& image, const ExrOptions& options) {
   const size_t pixels = image.pixels.size();
-  const int channels = options.alpha ? 4 : 3;
-  const char* names[] = {"R", "G", "B", "A"};
+  std::vector<std::string> names{"R", "G", "B"};
+  if (options.alpha) names.push_back("A");
+  const size_t own = names.size();
+  for (const auto& [layer, picture] : options.layers)
+    for (const char* colour : {".R", ".G", ".B"}) names.push_back(layer + colour);
+  const size_t channels = names.size();
   std::vector<float> floats(pixels * channels);
-  for (size_t i = 0; i < pixels; ++i)
-    for (int c = 0; c < channels; ++c)
-      floats[i * channels + c] = c < 3 ? image.pixels[i][c] : (*options.alpha)[i];
+  for (size_t i = 0; i < pixels; ++i) {
+    float* to = &floats[i * channels];
+    for (size_t c = 0; c < own; ++c)
+      to[c] = c < 3 ? image.pixels[i][static_cast<int>(c)] : (*options.alpha)[i];
+    for (size_t l = 0; l < options.layers.size(); ++l)
+      for (int c = 0; c < 3; ++c) to[own + 3 * l + c] = options.layers[l].second->pixels[i][c];
+  }
   std::vector<Imath::half> halves;
   if (options.half) {
+    const float largest = HALF_MAX;
     halves.resize(floats.size());
     std::transform(floats.begin(), floats.end(), halves.begin(),
-                   [](float v) { return Imath::half(std::min(v, float(HALF_MAX))); });
+                   [=](float v) { return Imath::half(std::clamp(v, -largest, largest)); });
   }
 
   std::string bytes;
@@ -234,9 +243,9 @@ void writeExr(const std::string& path, const Image& image, const ExrOptions& opt
         options.half ? reinterpret_cast<char*>(halves.data()) : reinterpret_cast<char*>(floats.data());
     const size_t step = options.half ? sizeof(Imath::half) : sizeof(float);
     Imf::FrameBuffer buffer;
-    for (int c = 0; c < channels; ++c) {
-      header.channels().insert(names[c], Imf::Channel(type));
-      buffer.insert(names[c],
+    for (size_t c = 0; c < channels; ++c) {
+      header.channels().insert(names[c].c_str(), Imf::Channel(type));
+      buffer.insert(names[c].c_str(),
                     Imf::Slice(type, base + c * step, channels * step, channels * step * image.width));
     }
     for (const auto& [name, text] : options.attributes) header.insert(name, Imf::StringAttribute(text));

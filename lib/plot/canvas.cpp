@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "grid/error.h"
 #include "plot/markup.h"
@@ -198,6 +200,30 @@ void Canvas::text(const std::string& utf8, const Point& at, const TextStyle& sty
   cairo_show_text(cairo, text.c_str());
   cairo_new_path(cairo);
   cairo_restore(cairo);
+}
+
+void Canvas::pixels(const Box& box, int width, int height, const std::vector<Colour>& colours) {
+  cairo_surface_t* picture = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
+  const int stride = cairo_image_surface_get_stride(picture);
+  unsigned char* rows = cairo_image_surface_get_data(picture);
+  const auto byte = [](double v) { return static_cast<uint32_t>(std::clamp(v, 0.0, 1.0) * 255 + 0.5); };
+  for (int y = 0; rows && y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const Colour& c = colours[static_cast<size_t>(y) * width + x];
+      const uint32_t word = byte(c.red) << 16 | byte(c.green) << 8 | byte(c.blue);
+      std::memcpy(rows + static_cast<size_t>(y) * stride + 4 * static_cast<size_t>(x), &word, sizeof word);
+    }
+  cairo_surface_mark_dirty(picture);
+  cairo_t* cairo = impl_->cairo;
+  cairo_save(cairo);
+  cairo_translate(cairo, box.left, box.top);
+  cairo_scale(cairo, box.width / width, box.height / height);
+  cairo_set_source_surface(cairo, picture, 0, 0);
+  cairo_pattern_set_filter(cairo_get_source(cairo), CAIRO_FILTER_NEAREST);
+  cairo_paint(cairo);
+  cairo_restore(cairo);
+  cairo_surface_destroy(picture);
+  impl_->check();
 }
 
 void Canvas::clip(const Box& box) {

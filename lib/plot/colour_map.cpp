@@ -15,4 +15,18 @@ Colour colourOf(const ColourMap& map, double share) {
           mix(map[n].blue, map[n + 1].blue)};
 }
 
+void drawColourBar(Canvas& canvas, const Box& box, const ColourMap& map, const std::string& low,
+                   const std::string& high) {
+  for (int x = 0; x < static_cast<int>(box.width); ++x)
+    canvas.area({{box.left + x, box.top},
+                 {box.left + x + 1, box.top},
+                 {box.left + x + 1, box.bottom()},
+                 {box.left + x, box.bottom()}},
+                colourOf(map, (x + 0.5) / box.width));
+  TextStyle style{14, {0.15, 0.15, 0.15}};
+  canvas.text(low, {box.left, box.bottom() + 18}, style);
+  style.x = AlignX::kRight;
+  canvas.text(high, {box.right(), box.bottom() + 18}, style);
+}
+
 }  // namespace vdb_diffuse

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "plot/canvas.h"
 
 namespace vdb_diffuse {
 
-/// Five colours at even distances, straight lines between them.
+/// Colours for values between two ends, evenly spaced and mixed between.
 using ColourMap = std::array<Colour, 5>;
 
 /// Dark to bright, growing in lightness throughout, so that it reads without colours as well.
@@ -16,7 +17,11 @@ constexpr ColourMap kLightMap{
 constexpr ColourMap kDifferenceMap{
     {{0.10, 0.25, 0.60}, {0.50, 0.65, 0.90}, {0.96, 0.96, 0.96}, {0.93, 0.55, 0.45}, {0.65, 0.08, 0.15}}};
 
-/// \param share  0 to 1, held to it; one that is not finite is green, which no map has
+/// \param share   0..1 from one end to the other; beyond an end its colour. What is no number is green
 Colour colourOf(const ColourMap& map, double share);
+
+/// A scale: a bar of the colours with words below its left and its right end.
+void drawColourBar(Canvas& canvas, const Box& box, const ColourMap& map, const std::string& low,
+                   const std::string& high);
 
 }  // namespace vdb_diffuse

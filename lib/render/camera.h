@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -42,6 +43,8 @@ class Camera {
   int height() const { return height_; }
   const Vec3d& position() const { return position_; }
   const Vec3d& forward() const { return forward_; }
+  /// Radians across the picture's width; of a pinhole.
+  double fov() const { return 2 * std::atan(half_width_); }
   /// \param x, y  in pixels; the middle of the upper left pixel is (0.5, 0.5)
   Ray ray(double x, double y) const;
   /// Direction in which light travels from `p_world` to the camera, unit length.

@@ -1,9 +1,13 @@
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <cmath>
 #include <limits>
 
+#include "cli/png_pixels.h"
 #include "cli/run_program.h"
 #include "io/image.h"
 #include "io/vdb_writer.h"
@@ -58,6 +62,18 @@ class RenderCommand : public testing::Test {
     if (outcome.status != 0) return Vec3f(-1);
     EXPECT_EQ(outcome.error, "");
     return readExr(exr_).pixels[4];
+  }
+
+  /// Of a channel of the picture, in the middle of three by three pixels.
+  float valueIn(const std::string& channel) const {
+    Imf::InputFile file(exr_.c_str());
+    float values[9] = {};
+    Imf::FrameBuffer buffer;
+    buffer.insert(channel,
+                  Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values), sizeof(float), 3 * sizeof(float)));
+    file.setFrameBuffer(buffer);
+    file.readPixels(0, 2);
+    return values[4];
   }
 
   TemporaryFolder folder_;
@@ -133,16 +149,85 @@ TEST_F(RenderCommand, PngIsTheRadianceOnAScreen) {
   ASSERT_EQ(outcome.status, 0) << outcome.error;
   EXPECT_NE(outcome.out.find("lit.png: 20x10, exposure 0 stops\n"), std::string::npos) << outcome.out;
 
-  png_image png = {};
-  png.version = PNG_IMAGE_VERSION;
-  ASSERT_TRUE(png_image_begin_read_from_file(&png, png_.c_str()));
-  EXPECT_EQ(png.width, 20u);
-  EXPECT_EQ(png.height, 10u);
-  png.format = PNG_FORMAT_RGB;
-  std::vector<unsigned char> pixels(PNG_IMAGE_SIZE(png));
-  ASSERT_TRUE(png_image_finish_read(&png, nullptr, pixels.data(), 0, nullptr));
-  EXPECT_EQ(pixels[0], 0) << "the background is black";
-  EXPECT_NEAR(pixels[(5 * 20 + 10) * 3], 188, 1) << "sRGB of 0.5, as the cube is opaque";
+  const PngPixels png = pixelsOf(contentsOf(png_));
+  EXPECT_EQ(png.width, 20);
+  EXPECT_EQ(png.height, 10);
+  EXPECT_EQ(png.at(0, 0)[0], 0) << "the background is black";
+  EXPECT_NEAR(png.at(10, 5)[0], 188, 1) << "sRGB of 0.5, as the cube is opaque";
+}
+
+TEST_F(RenderCommand, LayersAddUpToThePicture) {
+  write(kDensity, constant("diffuse", {3, 1, 0}), constant("direct", {2, 2, 2}));
+  const Vec3f both = seen("--layers");
+  EXPECT_NEAR(both[0], across(5, 1), kPixel * both[0]);
+  const Imf::InputFile file(exr_.c_str());
+  std::vector<std::string> names;
+  for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c)
+    names.push_back(c.name());
+  EXPECT_EQ(names, (std::vector<std::string>{"A", "B", "G", "R", "diffuse.B", "diffuse.G", "diffuse.R",
+                                             "direct.B", "direct.G", "direct.R"}));
+  EXPECT_NEAR(valueIn("direct.R"), across(2, 1), kPixel * both[0]);
+  EXPECT_NEAR(valueIn("diffuse.R"), across(3, 1), kPixel * both[0]);
+  EXPECT_NEAR(valueIn("diffuse.G"), across(1, 1), kPixel * both[0]);
+  EXPECT_NEAR(valueIn("diffuse.B"), 0, kPixel * both[0]);
+  EXPECT_NEAR(valueIn("A"), 1 - std::exp(-kWidth), kPixel);
+}
+
+TEST_F(RenderCommand, ASheetShowsDirectDiffuseAndBothSideBySide) {
+  write(kDensity, constant("diffuse", {0.5}), constant("direct", {0.02}));
+  const Outcome outcome = run("--size 20x10 --exposure 0 --sigma-s 50 --sheet -o " + png_);
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  const PngPixels png = pixelsOf(contentsOf(png_));
+  EXPECT_EQ(png.width, 3 * 20 + 4 * 8);
+  const int y = 34 + 5;
+  EXPECT_NEAR(png.at(8 + 10, y)[0], 39, 1) << "sRGB of 0.02";
+  EXPECT_NEAR(png.at(8 + 28 + 10, y)[0], 188, 1) << "sRGB of 0.5";
+  EXPECT_NEAR(png.at(8 + 56 + 10, y)[0], 191, 1) << "sRGB of 0.52";
+  EXPECT_EQ(png.at(8, 34)[0], 0) << "the background";
+  EXPECT_EQ(png.at(2, y)[0], 255) << "the sheet";
+}
+
+TEST_F(RenderCommand, ATurntableIsAPicturePerStepUnderOneExposure) {
+  write(kDensity, constant("diffuse", {1}), constant("direct", {1}));
+  const Outcome outcome = run("--size 16x12 --turntable 3 -o '" + folder_.file("turn.##.png") + "'");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  std::vector<std::string> exposures;
+  for (size_t at = outcome.out.find("exposure "); at != std::string::npos;
+       at = outcome.out.find("exposure ", at + 1))
+    exposures.push_back(outcome.out.substr(at, outcome.out.find('\n', at) - at));
+  ASSERT_EQ(exposures.size(), 3u) << outcome.out;
+  EXPECT_EQ(exposures[0], exposures[2]);
+  for (const std::string name : {"turn.01.png", "turn.02.png", "turn.03.png"})
+    EXPECT_EQ(pixelsOf(contentsOf(folder_.file(name))).width, 16) << name;
+  EXPECT_NE(contentsOf(folder_.file("turn.01.png")), contentsOf(folder_.file("turn.02.png")));
+  EXPECT_EQ(folder_.fileCount(), 4u);
+}
+
+TEST_F(RenderCommand, ASliceIsAPictureOfAGridsNumbers) {
+  write(kDensity, constant("diffuse", {0.5}), constant("direct", {1}));
+  const Outcome outcome = run("--slice z:0.6 --grid diffuse --range 0,0.5 -o " + png_);
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_NE(outcome.out.find("a slice of diffuse"), std::string::npos) << outcome.out;
+  const PngPixels png = pixelsOf(contentsOf(png_));
+  EXPECT_EQ(png.at(24 + 50, 76 + 50), (std::array<int, 3>{255, 250, 204})) << "the bright end of the scale";
+  expectRefusal(run("--slice z:9 -o " + png_), 3, {"grid diffuse: ", "z = 9", "from 0 to 1.75"});
+  expectRefusal(run("--slice z --grid flux -o " + png_), 3, {"no grid flux", "--grid"});
+}
+
+TEST_F(RenderCommand, WaysToLookThatExcludeEachOtherAreWrongUse) {
+  write(kDensity, constant("diffuse", {1}), constant("direct", {1}));
+  const std::string slice = "-o " + png_ + " --slice ";
+  expectRefusal(run(slice + "w"), 2, {"--slice w", "x, y or z"});
+  expectRefusal(run(slice + "x:"), 2, {"--slice x:", "number"});
+  expectRefusal(run(slice + "x --range 2,1"), 2, {"--range 2,1", "lower first"});
+  expectRefusal(run("--slice x -o " + exr_), 2, {"-o", ".png"});
+  expectRefusal(run("--grid flux -o " + png_), 2, {"--grid flux", "--slice"});
+  expectRefusal(run("--range 0,1 -o " + png_), 2, {"--range 0,1", "--slice"});
+  expectRefusal(run("--sheet -o " + exr_), 2, {"--sheet", ".png"});
+  expectRefusal(run("--layers -o " + png_), 2, {"--layers", ".exr"});
+  expectRefusal(run("--sheet --light direct -o " + png_), 2, {"--light direct", "--sheet"});
+  expectRefusal(run("--turntable 3 -o " + png_), 2, {"-o", "####"});
+  EXPECT_EQ(folder_.fileCount(), 1u) << "no picture was begun";
 }
 
 TEST_F(RenderCommand, QuietSaysNothingAndProgressIsJson) {
