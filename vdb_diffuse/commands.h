@@ -11,8 +11,10 @@ namespace vdb_diffuse {
 void addBake(CLI::App& program, ExitStatus& status);
 void addCheck(CLI::App& program, ExitStatus& status);
 void addCompare(CLI::App& program, ExitStatus& status);
+void addCompletion(CLI::App& program, ExitStatus& status);
 void addInfo(CLI::App& program, ExitStatus& status);
 void addMake(CLI::App& program, ExitStatus& status);
+void addMan(CLI::App& program, ExitStatus& status);
 void addPaper(CLI::App& program, ExitStatus& status);
 void addReference(CLI::App& program, ExitStatus& status);
 void addRender(CLI::App& program, ExitStatus& status);

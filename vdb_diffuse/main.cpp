@@ -72,8 +72,10 @@ int run(int argc, char** argv) {
   addBake(program, status);
   addCheck(program, status);
   addCompare(program, status);
+  addCompletion(program, status);
   addInfo(program, status);
   addMake(program, status);
+  addMan(program, status);
   addPaper(program, status);
   addReference(program, status);
   addRender(program, status);
