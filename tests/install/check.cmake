@@ -1,0 +1,36 @@
+# Installs the build into a folder of its own, and there builds and runs the example of the library as another
+# project would. Run by ctest as "install"; BUILD_DIR, GENERATOR, CXX and VERSION are given.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  if(NOT status EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "${command}: status ${status}\n${said}")
+  endif()
+  set(said "${said}" PARENT_SCOPE)
+endfunction()
+
+set(work ${BUILD_DIR}/install_test)
+file(REMOVE_RECURSE ${work})
+run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/prefix)
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work}/build -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
+    -DCMAKE_PREFIX_PATH=${work}/prefix)
+run(${CMAKE_COMMAND} --build ${work}/build)
+
+set(program ${work}/prefix/bin/vdb_diffuse)
+run(${program} --version)
+if(NOT said MATCHES "${VERSION}")
+  message(FATAL_ERROR "the installed program says ${said}, not ${VERSION}")
+endif()
+run(${program} make cloud -o ${work}/cloud.vdb --voxels 5000)
+run(${work}/build/example ${work}/cloud.vdb ${work}/example.vdb)
+run(${program} bake ${work}/cloud.vdb -o ${work}/bake.vdb --sun 0,0,-1 --sun-irradiance 3 --g 0.6)
+foreach(grid diffuse direct)
+  run(${program} compare ${work}/example.vdb:${grid} ${work}/bake.vdb:${grid} --max-abs 1e-5)
+endforeach()
+foreach(file share/man/man1/vdb_diffuse.1 share/bash-completion/completions/vdb_diffuse
+        share/zsh/site-functions/_vdb_diffuse)
+  if(NOT EXISTS ${work}/prefix/${file})
+    message(FATAL_ERROR "${file} is not installed")
+  endif()
+endforeach()
+file(REMOVE_RECURSE ${work})
