@@ -34,6 +34,8 @@ struct Baked {
 /// Flags that contradict each other or are out of range, before any file is opened. \throws UsageError
 void checkFlags(const BakeFlags& flags);
 
+/// \throws UsageError
+ModelSettings modelOf(const BakeFlags& flags);
 /// The transport sweeps that are asked for, or that are usual.
 int sweepsOf(const BakeFlags& flags);
 
