@@ -101,10 +101,10 @@ def table(ways, reference, cloud, pixels):
     def hd(way):
         return way.bake_seconds[1] + way.seconds[1] * HD / pixels
 
-    lines = [f"{'':26}{'samples':>8}{'bake':>7}{'render':>8}{'total':>8}{'wall':>8}{'ratio':>7}{'in HD':>7}{'noise':>8}"
-             f"{'mean':>8}{'off':>7}"]
+    lines = [f"{'':26}{'samples':>8}{'bake':>7}{'render':>8}{'total':>8}{'wall':>8}{'ratio':>7}{'in HD':>7}"
+             f"{'noise':>8}{'mean':>8}{'off':>7}"]
     for way in ways:
-        mean = np.mean([p[cloud].mean() for p in way.pictures]) / np.mean([p[cloud].mean() for p in reference.pictures])
+        mean = np.mean(np.array(way.pictures)[:, cloud]) / np.mean(np.array(reference.pictures)[:, cloud])
         lines.append(f"{way.name:26}{way.samples:8d}{way.bake_seconds[1]:7.1f}{way.seconds[1]:8.2f}"
                      f"{way.total()[1]:8.2f}{way.total()[0]:8.1f}{reference.total()[1] / way.total()[1]:7.1f}"
                      f"{hd(reference) / hd(way):7.0f}{100 * way.noise(cloud):7.1f}%{100 * (mean - 1):+7.1f}%"

@@ -110,7 +110,7 @@ def _add(node, weight, found, warn):
 def mediumOf(material, warn):
     """Medium of a material, per world unit and unit of the grid. Raises BakeError where it is not understood."""
     if material is None or not material.use_nodes:
-        raise BakeError("the volume has no material with nodes: add a Principled Volume, or set the medium in the panel")
+        raise BakeError("the volume has no material with nodes: add Principled Volume, or set the medium in the panel")
     found = _Found(material.name)
     output = material.node_tree.get_output_node("CYCLES")
     if output is None or not output.inputs["Volume"].is_linked:
