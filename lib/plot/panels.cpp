@@ -19,7 +19,7 @@ class Sheet {
     left_ = kMargin + (s_.row_names.empty() ? 0 : 30) + (named(&Panel::rows) ? 62 : 0) +
             (s_.y_label.empty() ? 0 : 26);
     name_ = 26;
-    below_ = (named(&Panel::columns) ? 26 : 0) + (s_.x_label.empty() ? 0 : 26);
+    below_ = named(&Panel::columns) ? 26 : 0;
   }
 
   std::string draw(PictureFormat format) {
@@ -35,6 +35,7 @@ class Sheet {
       tops.push_back(y + name_);
       y += name_ + high + below_ + 12;
     }
+    if (!s_.x_label.empty()) y += 26;
     const double bar = y + 12, height = hasScale() ? bar + 62 : y + 8;
     // Words may be wider than few panels.
     Canvas measure(format, 100, 100);
@@ -47,7 +48,7 @@ class Sheet {
     for (size_t n = 0; n < s_.rows.size(); ++n) {
       double x = left_;
       for (size_t k = 0; k < s_.rows[n].size(); ++k) {
-        drawPanel(canvas, s_.rows[n][k], x, tops[n], k == 0);
+        drawPanel(canvas, s_.rows[n][k], {x, tops[n]}, k == 0, n + 1 == s_.rows.size());
         x += s_.rows[n][k].width * s_.cell_width + kGap;
       }
       if (!s_.row_names.empty()) {
@@ -88,11 +89,13 @@ class Sheet {
 
   /// In steps too small to see, of which a file of half the size is made.
   Colour stepped(double share) const {
-    constexpr double kSteps = 80;
+    constexpr double kSteps = 72;
     return colourOf(s_.map, std::round(kSteps * share) / kSteps);
   }
 
-  void drawPanel(Canvas& canvas, const Panel& p, double x, double y, bool leftmost) const {
+  /// Names along the axes stand at the outer panels alone.
+  void drawPanel(Canvas& canvas, const Panel& p, const Point& at, bool leftmost, bool lowest) const {
+    const double x = at.x, y = at.y;
     const double w = s_.cell_width, h = s_.cell_height;
     canvas.text(p.title, {x, y - 8}, {kSubtitle, kInk});
     std::vector<Colour> pixels = p.colours;
@@ -110,7 +113,7 @@ class Sheet {
     TextStyle middle{kSmall, kInk, false, AlignX::kMiddle};
     for (size_t n = 0; n < p.columns.size(); ++n)
       canvas.text(p.columns[n], {x + (n + 0.5) * w, y + p.height * h + 19}, middle);
-    if (!s_.x_label.empty())
+    if (lowest)
       canvas.text(s_.x_label, {x + p.width * w / 2, y + p.height * h + (p.columns.empty() ? 19 : 42)},
                   middle);
     if (!leftmost) return;
