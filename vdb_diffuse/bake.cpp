@@ -167,6 +167,7 @@ ExitStatus bakeFrame(const BakeFlags& flags, const std::string& json_fields) {
   checkFlags(flags);
   flags.check();
   const SceneFile scene = flags.scene.resolve();
+  flags.refuseToReplace(scene);
   Progress progress = makeProgress(flags.progress, json_fields);
   Baked baked = lightVolume(flags, scene, progress);
   DiffuseResult& result = baked.result;

@@ -107,6 +107,14 @@ void LightingFlags::check() const {
     if (!path.empty()) AtomicFile probe(path);  // a folder one may not write to is found before the work
 }
 
+void LightingFlags::refuseToReplace(const SceneFile& scene) const {
+  for (const std::string& path : {output, stats})
+    for (const std::string& read : scene.files)
+      if (sameFile(path, read))
+        throw UsageError(path + ": is read as part of the scene (" + read +
+                         "); give the output another name");
+}
+
 std::unique_ptr<tbb::global_control> LightingFlags::limitThreads() const {
   if (threads <= 0) return nullptr;
   return std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, threads);

@@ -41,6 +41,9 @@ struct LightingFlags {
   /// \throws UsageError, OutputError
   void check() const;
 
+  /// An output that would take the place of a file the scene was read from. \throws UsageError
+  void refuseToReplace(const SceneFile& scene) const;
+
   /// Null, or what keeps the work to --threads while it lives.
   std::unique_ptr<tbb::global_control> limitThreads() const;
   int threadCount() const;

@@ -95,6 +95,7 @@ void run(const ReferenceFlags& flags) {
   ReferenceSettings settings = settingsOf(flags);
   flags.check();
   const SceneFile scene = flags.scene.resolve();
+  flags.refuseToReplace(scene);
   const auto limit = flags.limitThreads();
   settings.progress = makeProgress(flags.progress);
   if (settings.progress) settings.progress("read", 0);

@@ -171,6 +171,8 @@ SceneFile SceneOptions::resolve() const {
   layMedium(*this, file.medium);
   layLights(*this, file.scene);
   laySurfaces(*this, axis, file.scene);
+  if (env && !numbersIn(*env)) file.files.push_back(*env);
+  file.files.insert(file.files.end(), occluders.begin(), occluders.end());
   return file;
 }
 

@@ -59,7 +59,23 @@ MediumSettings mediumOf(const Place& medium) {
   return settings;
 }
 
-Light lightOf(const Place& light, Up up) {
+/// What read(path) makes of the file that a key names; faults of that file are told with the place of its
+/// name.
+template <typename Read>
+auto fileAt(const Place& place, const char* key, std::vector<std::string>& files, const Read& read) {
+  files.push_back(place.pathIn(key));
+  try {
+    return read(files.back());
+  } catch (const InputError& error) {
+    place[key].refuse(error.what());
+  }
+}
+
+Mesh meshAt(const Place& place, Up up, std::vector<std::string>& files) {
+  return fileAt(place, "mesh", files, [&](const std::string& path) { return readMesh(path, up); });
+}
+
+Light lightOf(const Place& light, Up up, std::vector<std::string>& files) {
   if (!light.value.is_object()) light.refuseType("an object { }");
   light.needs({"type"});
   const std::string type = light["type"].text();
@@ -91,23 +107,24 @@ Light lightOf(const Place& light, Up up) {
   if (type == "area") {
     onlyKeys({"mesh", "radiance"});
     light.needs({"mesh"});
-    return AreaLight{readMesh(light.pathIn("mesh"), up), light.rgbOr("radiance", 1)};
+    return AreaLight{meshAt(light, up, files), light.rgbOr("radiance", 1)};
   }
   if (type == "dome") {
     onlyKeys({"radiance", "image", "rotation"});
     DomeLight dome{light.rgbOr("radiance", 1), nullptr,
                    light.numberOr("rotation", 0, -HUGE_VAL, HUGE_VAL) * kDegree};
-    if (light.has("image")) dome.image = std::make_shared<const Image>(readExr(light.pathIn("image")));
+    if (light.has("image"))
+      dome.image = std::make_shared<const Image>(fileAt(light, "image", files, readExr));
     return dome;
   }
   light["type"].refuse("unknown light '" + printable(type) + "'" +
                        didYouMean(type, {"sun", "point", "spot", "area", "dome"}));
 }
 
-Surface surfaceOf(const Place& surface, Up up) {
+Surface surfaceOf(const Place& surface, Up up, std::vector<std::string>& files) {
   surface.onlyKeys({"mesh", "albedo", "name"});
   surface.needs({"mesh"});
-  return {surface.textOr("name", ""), readMesh(surface.pathIn("mesh"), up), surface.rgbOr("albedo", 0, 1)};
+  return {surface.textOr("name", ""), meshAt(surface, up, files), surface.rgbOr("albedo", 0, 1)};
 }
 
 }  // namespace
@@ -127,13 +144,14 @@ Optics opticsOf(const MediumSettings& settings) {
 
 SceneFile readSceneFile(const std::string& path, Up up) {
   const std::string extension = extensionOf(path);
-  if (extension == ".gltf" || extension == ".glb") return {{}, readGltfScene(path, up)};
+  if (extension == ".gltf" || extension == ".glb") return {{}, readGltfScene(path, up), {path}};
   if (extension != ".json") throw InputError(path + ": scenes are read from .json, .gltf and .glb files");
 
   const nlohmann::json parsed = parseJson(readWholeFile(path, kLargestFile), path);
   const Place root{parsed, path, ""};
   root.onlyKeys({"medium", "lights", "surfaces"});
   SceneFile file;
+  file.files.push_back(path);
   if (root.has("medium")) file.medium = mediumOf(root["medium"]);
   for (const char* key : {"lights", "surfaces"}) {
     if (!root.has(key)) continue;
@@ -142,9 +160,10 @@ SceneFile readSceneFile(const std::string& path, Up up) {
     for (size_t i = 0; i < list.value.size(); ++i) {
       const Place item = list[i];
       if (key == std::string("lights"))
-        file.scene.lights.push_back({item.textOr("name", ""), lightOf(item, up), item.textOr("group", "")});
+        file.scene.lights.push_back(
+            {item.textOr("name", ""), lightOf(item, up, file.files), item.textOr("group", "")});
       else
-        file.scene.surfaces.push_back(surfaceOf(item, up));
+        file.scene.surfaces.push_back(surfaceOf(item, up, file.files));
     }
   }
   return file;

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "grid/volume_cut.h"
 #include "io/mesh_file.h"
@@ -31,6 +32,7 @@ Optics opticsOf(const MediumSettings& settings);
 struct SceneFile {
   MediumSettings medium;
   Scene scene;
+  std::vector<std::string> files;  ///< paths of what was read: the file itself, its meshes and images
 };
 
 /// Everything at once: a .json scene (medium, lights, surfaces) or a .gltf/.glb file (lights and surfaces).

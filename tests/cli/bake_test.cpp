@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/run_program.h"
+#include "io/image.h"
 #include "io/vdb_reader.h"
 
 namespace vdb_diffuse {
@@ -167,6 +168,32 @@ TEST(Bake, RefusesWithTheRightStatusAndOneLine) {
   expectRefusal(runProgram("bake " + cloud + out + " --density smoke"), 3, {"smoke", "it has density"});
   expectRefusal(runProgram("bake " + folder.file("none.vdb") + out), 3, {"none.vdb"});
   expectRefusal(runProgram("bake " + cloud + " -o " + folder.file("no/x.vdb")), 5, {"cannot be written"});
+}
+
+// A mesh or an image is read long before the output takes its place, so nothing would fail but the next bake.
+TEST(Bake, NothingItReadsIsReplaced) {
+  const TemporaryFolder folder;
+  const std::string cloud = smallCloud(folder), mesh = folder.file("m.obj"), link = folder.file("link.vdb"),
+                    scene = folder.file("s.json"), sky = folder.file("sky.exr");
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  writeText(mesh, triangle);
+  writeExr(sky, {4, 2, std::vector<Vec3f>(8, Vec3f(1))});
+  const std::string words =
+      R"({"lights": [{"type": "dome", "image": "sky.exr"}], "surfaces": [{"mesh": "m.obj"}]})";
+  writeText(scene, words);
+  std::filesystem::create_symlink(mesh, link);
+  const std::string run = "bake " + cloud + " ";
+  for (const std::string& out : {mesh, link, scene, sky})
+    expectRefusal(runProgram(run + "--scene " + scene + " -o " + out), 2, {out, "another name"});
+  expectRefusal(runProgram(run + "--occluder " + mesh + " --sun 0,0,-1 -o " + link), 2,
+                {link, "another name"});
+  expectRefusal(runProgram(run + "--env " + sky + " -o " + sky), 2, {sky, "another name"});
+  expectRefusal(runProgram(run + "--scene " + scene + " -o " + folder.file("x.vdb") + " --stats " + scene), 2,
+                {scene, "another name"});
+  expectRefusal(runProgram("reference " + cloud + " --scene " + scene + " -o " + mesh), 2, {"another name"});
+  EXPECT_EQ(contentsOf(mesh), triangle);
+  EXPECT_EQ(contentsOf(scene), words);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("x.vdb")));
 }
 
 TEST(Bake, RealCloudsConvergeInAFewIterations) {

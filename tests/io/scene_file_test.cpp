@@ -132,6 +132,17 @@ TEST(SceneFile, WrongValuesAreNamedByTheirPlace) {
     EXPECT_TRUE(contains(refused(c.json), c.place)) << c.json << "\n" << refused(c.json);
 }
 
+TEST(SceneFile, FaultsOfFilesThatItNamesAreToldWithThePlaceOfTheName) {
+  for (const auto& [json, place] :
+       {std::pair(R"({"surfaces": [{"mesh": "none.obj"}]})", "scene.json: surfaces[0].mesh: "),
+        std::pair(R"({"lights": [{"type": "area", "mesh": "none.obj"}]})", "scene.json: lights[0].mesh: "),
+        std::pair(R"({"lights": [{"type": "dome", "image": "none.exr"}]})",
+                  "scene.json: lights[0].image: ")}) {
+    EXPECT_TRUE(contains(refused(json), place)) << refused(json);
+    EXPECT_TRUE(contains(refused(json), "none.")) << refused(json);
+  }
+}
+
 TEST(SceneFile, RefusesWhatIsNotAScene) {
   EXPECT_TRUE(contains(refused("{\"lights\": [}"), "not valid JSON"));
   EXPECT_TRUE(contains(refused(""), "not valid JSON"));
