@@ -33,7 +33,7 @@ void replaceLights(Scene& scene, const std::string& name, const Kind& light) {
 }
 
 DomeLight domeOf(const std::string& env) {
-  if (numbersIn(env)) return DomeLight{rgbIn("--env", env), nullptr, 0};
+  if (numbersIn(env)) return DomeLight{rgbIn("--env", env, kStrongestLight), nullptr, 0};
   if (extensionOf(env) != ".exr")
     refuseWord("--env", env, "expected a radiance (a number or r,g,b) or the path of an .exr image");
   return DomeLight{Vec3d(1), std::make_shared<const Image>(readExr(env)), 0};
@@ -42,14 +42,14 @@ DomeLight domeOf(const std::string& env) {
 void layLights(const SceneOptions& o, Scene& scene) {
   if (o.sun) replaceLights(scene, "--sun", SunLight{directionIn("--sun", *o.sun), Vec3d(1), 0});
   if (o.sun_irradiance) {
-    const Vec3d irradiance = rgbIn("--sun-irradiance", *o.sun_irradiance);
+    const Vec3d irradiance = rgbIn("--sun-irradiance", *o.sun_irradiance, kStrongestLight);
     if (!forEachLight<SunLight>(scene, [&](SunLight& sun) { sun.irradiance = irradiance; }))
       refuseWord("--sun-irradiance", *o.sun_irradiance,
                  "there is no sun; give its direction with --sun X,Y,Z");
   }
   if (o.env) replaceLights(scene, "--env", domeOf(*o.env));
   if (o.env_scale) {
-    const double scale = numberIn("--env-scale", *o.env_scale, 0);
+    const double scale = numberIn("--env-scale", *o.env_scale, 0, kStrongestLight);
     if (!forEachLight<DomeLight>(scene, [&](DomeLight& dome) { dome.radiance *= scale; }))
       refuseWord("--env-scale", *o.env_scale, "there is no environment; give one with --env");
   }

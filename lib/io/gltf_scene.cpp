@@ -1,5 +1,6 @@
 #include "io/gltf_scene.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -88,8 +89,8 @@ NamedLight Reader::light(const json& definition, const Frame& frame, const std::
   const Vec3d strength =
       Vec3d(color[0], color[1], color[2]) * (number(definition, "intensity", 1) / kLumensPerWatt);
   for (int a = 0; a < 3; ++a)
-    if (!(strength[a] >= 0) || !std::isfinite(strength[a]))
-      refuseLight("intensity and color must be 0 or more");
+    if (!(strength[a] >= 0 && strength[a] <= kStrongestLight))
+      refuseLight("intensity times color must be from 0 to 1e30");
   const Vec3d position = fromYUp(frame[3], up_), along = fromYUp(-frame[2], up_);
   for (int a = 0; a < 3; ++a)
     if (!std::isfinite(position[a])) refuseLight("its position is not finite");
@@ -187,11 +188,13 @@ Scene readGltfScene(const std::string& path, Up up) {
       if (!(material.emissive[a] >= 0) || !std::isfinite(material.emissive[a]))
         refuse("emission must be 0 or more");
     }
+    const Vec3d radiance = material.emissive * reader.emissiveStrength(material);
+    if (!(std::max({radiance[0], radiance[1], radiance[2]}) <= kStrongestLight))
+      refuse("emission must be at most 1e30");
     if (material.emissive == Vec3d(0))
       scene.surfaces.push_back({part.name, part.mesh, material.base_color});
     else
-      scene.lights.push_back(
-          {part.name, AreaLight{part.mesh, material.emissive * reader.emissiveStrength(material)}});
+      scene.lights.push_back({part.name, AreaLight{part.mesh, radiance}});
   }
   return scene;
 }

@@ -43,6 +43,8 @@ void JsonPlace::needs(std::initializer_list<const char*> keys) const {
 
 std::string JsonPlace::text() const {
   if (!value.is_string()) refuseType("a text");
+  if (value.get_ref<const std::string&>().find('\0') != std::string::npos)
+    refuse("a text without NUL characters is expected");  // which file names and grid names end at
   return value.get<std::string>();
 }
 

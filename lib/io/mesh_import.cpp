@@ -27,9 +27,14 @@ namespace {
 /// refers to (buffers, material libraries) is as untrusted as the file.
 class FencedFiles : public Assimp::DefaultIOSystem {
  public:
+  bool Exists(
+      const char* path) const override {  // the usual one opens the file, and a pipe waits for a writer
+    std::error_code error;
+    return std::filesystem::is_regular_file(path, error);
+  }
   Assimp::IOStream* Open(const char* path, const char* mode) override {
     std::error_code error;
-    if (std::strchr(mode, 'w') || !std::filesystem::is_regular_file(path, error)) return nullptr;
+    if (std::strchr(mode, 'w') || !Exists(path)) return nullptr;
     const uintmax_t size = std::filesystem::file_size(path, error);
     if (error || size > kLargestMeshFile - opened_) return nullptr;
     opened_ += size;
@@ -39,6 +44,17 @@ class FencedFiles : public Assimp::DefaultIOSystem {
  private:
   uintmax_t opened_ = 0;
 };
+
+/// The time that cutting a polygon into triangles takes grows with the square of its corners, or worse.
+constexpr unsigned kMostCorners = 1000;
+
+void checkPolygons(const aiScene& scene, const std::string& path) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m)
+    for (unsigned f = 0; f < scene.mMeshes[m]->mNumFaces; ++f)
+      if (const unsigned corners = scene.mMeshes[m]->mFaces[f].mNumIndices; corners > kMostCorners)
+        throw InputError(path + ": a face with " + std::to_string(corners) + " corners, more than the " +
+                         std::to_string(kMostCorners) + " that are accepted; cut it into triangles");
+}
 
 const aiScene* load(Assimp::Importer& importer, const std::string& path, const std::string& extension) {
   // Only the reader of this format stays: the others' signatures must not decide what a file is.
@@ -53,7 +69,13 @@ const aiScene* load(Assimp::Importer& importer, const std::string& path, const s
   importer.SetIOHandler(new FencedFiles);  // owned by the importer
   const aiScene* scene = nullptr;
   try {
-    scene = importer.ReadFile(path, aiProcess_Triangulate);
+    scene = importer.ReadFile(path, 0);
+    if (scene) {
+      checkPolygons(*scene, path);
+      if (scene->mNumMeshes > 0) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+    }
+  } catch (const InputError&) {
+    throw;
   } catch (const std::bad_alloc&) {
     throw InputError(path + ": refused, it asks for more memory than there is");
   } catch (const std::exception& e) {

@@ -86,19 +86,20 @@ Light lightOf(const Place& light, Up up, std::vector<std::string>& files) {
   if (type == "sun") {
     onlyKeys({"direction", "irradiance", "angle"});
     light.needs({"direction"});
-    return SunLight{light["direction"].direction(), light.rgbOr("irradiance", 1),
+    return SunLight{light["direction"].direction(), light.rgbOr("irradiance", 1, kStrongestLight),
                     light.numberOr("angle", 0, 0, 180) * kDegree};
   }
   if (type == "point") {
     onlyKeys({"position", "intensity", "radius"});
     light.needs({"position"});
-    return PointLight{light["position"].vector(), light.rgbOr("intensity", 1),
+    return PointLight{light["position"].vector(), light.rgbOr("intensity", 1, kStrongestLight),
                       light.numberOr("radius", 0, 0, HUGE_VAL)};
   }
   if (type == "spot") {
     onlyKeys({"position", "direction", "intensity", "angle", "blend"});
     light.needs({"position", "direction"});
-    SpotLight spot{light["position"].vector(), light["direction"].direction(), light.rgbOr("intensity", 1)};
+    SpotLight spot{light["position"].vector(), light["direction"].direction(),
+                   light.rgbOr("intensity", 1, kStrongestLight)};
     spot.angle = light.numberOr("angle", 45, 0, 180) * kDegree;
     spot.blend = light.numberOr("blend", 0.15, 0, 1);
     if (spot.angle == 0) light["angle"].refuse("a cone of no width gives no light");
@@ -107,11 +108,11 @@ Light lightOf(const Place& light, Up up, std::vector<std::string>& files) {
   if (type == "area") {
     onlyKeys({"mesh", "radiance"});
     light.needs({"mesh"});
-    return AreaLight{meshAt(light, up, files), light.rgbOr("radiance", 1)};
+    return AreaLight{meshAt(light, up, files), light.rgbOr("radiance", 1, kStrongestLight)};
   }
   if (type == "dome") {
     onlyKeys({"radiance", "image", "rotation"});
-    DomeLight dome{light.rgbOr("radiance", 1), nullptr,
+    DomeLight dome{light.rgbOr("radiance", 1, kStrongestLight), nullptr,
                    light.numberOr("rotation", 0, -HUGE_VAL, HUGE_VAL) * kDegree};
     if (light.has("image"))
       dome.image = std::make_shared<const Image>(fileAt(light, "image", files, readExr));

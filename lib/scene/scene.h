@@ -28,6 +28,9 @@ struct Image {
 
 // All directions are the way the light travels, of unit length; all angles are radians.
 
+/// Of a light: what a radiance, intensity or irradiance may be at most. Its products fit a float.
+constexpr double kStrongestLight = 1e30;
+
 struct SunLight {
   Vec3d direction{0, 0, -1};
   Vec3d irradiance{1, 1, 1};  ///< on a plane that faces the sun, W/m2
