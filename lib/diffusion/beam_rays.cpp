@@ -218,13 +218,20 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
     }
     if (!surfaces_inside_ || (!beam.from_surfaces && !changes.empty())) return;
     double travelled = 0;
-    const double step = 1e-6 * transform.meanVoxelSize() + 1e-9 * width_;
+    const double least_step = 1e-6 * transform.meanVoxelSize() + 1e-9 * width_;
+    double step = least_step;
+    std::pair<int, uint32_t> last(-1, 0);
     while (auto hit = occluder_.closest(origin, beam.direction, width_ - travelled)) {
       const double t = t_first + (travelled + hit->distance) / lattice.length;
       if (!beam.from_surfaces) {
         changes.push_back({t, {}});
         return;  // dark from here on
       }
+      // Of surfaces that reach far beyond the volume, floats hold the place so coarsely that a ray meets the
+      // same triangle over and over.
+      const std::pair<int, uint32_t> met(hit->surface, hit->triangle);
+      step = met == last ? 2 * step : least_step;
+      last = met;
       hit->front = !hit->front;  // light goes on from the side that a forward ray does not meet
       add(t, *hit, origin, beam.direction);
       travelled += hit->distance + step;
