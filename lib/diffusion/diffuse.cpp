@@ -6,6 +6,7 @@
 
 #include "diffusion/light_result.h"
 #include "diffusion/returned_light.h"
+#include "grid/error.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -14,16 +15,32 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// The power of two that brings a field's largest value near one, so that floats neither overflow nor vanish
-/// and a scaled light gives the same bits scaled.
-double normalisation(const Channels& direct, const Field<float>* glow, double emission_scale) {
-  float largest = 0;
-  const auto consider = [&](const Field<float>& field, double factor) {
-    for (size_t i = 0; i < field.size(); ++i)
-      largest = std::max(largest, static_cast<float>(std::abs(field[i] * factor)));
-  };
-  for (const Field<float>& channel : direct) consider(channel, 1);
-  if (glow) consider(*glow, emission_scale);
+/// Radiance that multiple scattering may raise tenfold without leaving a float's range.
+constexpr double kStrongest = 1e36;
+
+struct Largest {
+  double value = 0;
+  void operator+=(const Largest& o) { value = std::max(value, o.value); }
+};
+
+/// The power of two that brings the largest light near one, so that floats neither overflow nor vanish and a
+/// scaled light gives the same bits scaled. Where a beam ends in one voxel of many optical depths, its mean
+/// there is by as much less than the light that it scatters.
+double normalisation(const Channels& direct, const Field<float>* glow, const Medium& medium,
+                     const ChannelOptics& optics) {
+  const double depth = optics.sigma_t_beam * medium.transform().meanVoxelSize();
+  const double largest = sumOverBlocks<Largest>(medium.topology().blockCount(), [&](size_t b) {
+                           Largest most;
+                           const float* rho = medium.density.values.block(b);
+                           for (int n = 0; n < kBlockVoxels; ++n) {
+                             for (const Field<float>& channel : direct)
+                               most += {std::abs(channel.block(b)[n]) * std::max(1.0, depth * rho[n])};
+                             if (glow) most += {std::abs(glow->block(b)[n] * medium.optics.emission_scale)};
+                           }
+                           return most;
+                         }).value;
+  if (!(largest < kStrongest))
+    throw InputError("the light is too strong for 32-bit floats; give it in a larger unit");
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
 }
 
@@ -156,7 +173,7 @@ class Diffusion {
     if (light.emission() && !medium_.emission.empty() && optics.sigma_a > 0 &&
         medium_.optics.emission_scale != 0)
       beams.glow = &medium_.emissionIn(static_cast<int>(c));
-    beams.scale = normalisation(source.direct, beams.glow, medium_.optics.emission_scale);
+    beams.scale = normalisation(source.direct, beams.glow, medium_, optics);
     if (optics.true_sigma_s == 0 && !beams.glow) return light.addDark();
     setUp(c);
     double start = now();
@@ -197,6 +214,8 @@ class Diffusion {
     channel.converged = report.converged;
     channel.iterations = report.iterations;
     channel.relative_residual = report.relative_residual;
+    if (!std::isfinite(report.relative_residual))
+      throw InputError("densities, lights or voxels are so large or so small that 32-bit floats overflow");
     meansOfSolution(*equation_, medium_, channel.I0);
     channel.escaped = escapedThrough(*equation_, medium_, channel.I0) + rhs.drive_out;
   }

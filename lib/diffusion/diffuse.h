@@ -87,6 +87,7 @@ struct DiffuseResult {
   std::optional<double> estimated_error;  ///< of the worst channel, relative; see transport/error_estimate.h
   double mean_free_path_cap = 0;          ///< world units; 0: none
   size_t negative_voxels = 0;             ///< clamped to zero
+  double most_negative = 0;               ///< what the worst of them was below zero, >= 0, W/m2/sr
   double seconds_source = 0, seconds_setup = 0, seconds_solve = 0, seconds_sweeps = 0;
   std::vector<std::string> warnings;
 };

@@ -67,7 +67,7 @@ VDB_DIFFUSE_INLINE HeadPair<T> headsOf(const HeadFactors& f, const ProfileTerms<
     const T skins = number(6) * scatters * (v.spread[0] + v.spread[1] + v.spread[2]);
     const T leaves = part * (scatters * v.Q0 - skins) + skin + v.rho * v.Q * number(f.glows);
     even += along * (p.even * leaves + p.spread * skin * number(1. / 6));
-    odd += along * p.lean * scatters * v.lean;
+    odd += along * p.lean * (scatters * v.lean);  // its factors alone may be beyond a float
   }
   return {even + odd, even - odd};
 }
@@ -104,12 +104,14 @@ VDB_DIFFUSE_KERNEL void headsOfBlock(const Equation& e, const HeadFactors& f, co
     const Row rho = loadRow(block.rho + n), depth = rho * tau_tr;
     Row r = (depth > least ? depth : Row{} + least) * per_depth;
     r = r < most ? r : Row{} + most;
-    const Row k2 = 2.0f * r * rho * tau_a;
+    const Row k2 = 2.0f * r * (rho * tau_a);
     float most_k2 = 0;
     for (int z = 0; z < 8; ++z) most_k2 = std::max(most_k2, k2[z]);
     HeadPair<Row> heads;
     if (!profiled || most_k2 < kSmallDecay) {
-      const ProfileTerms<Row> profile{r, thinOneLessA<float>(k2), thinEven<float>(k2), Row{} + 1, Row{} + 1};
+      const Row thin = profiled ? k2 : Row{};  // without a profile k^2 may be anything
+      const ProfileTerms<Row> profile{r, thinOneLessA<float>(thin), thinEven<float>(thin), Row{} + 1,
+                                      Row{} + 1};
       const VoxelDrive<Row> drive{
           rho,
           loadRow(block.share + n),

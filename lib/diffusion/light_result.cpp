@@ -70,17 +70,27 @@ void LightResult::store(size_t c, const ChannelSolution& channel) {
   const double unscale = 1 / channel.scale;
   Field<float> diffuse(topology());
   const bool rescaled = !source.beam.empty();
-  result_.negative_voxels += sumOverBlocks<size_t>(topology().blockCount(), [&](size_t b) {
-    size_t negative = 0;
+  struct Negatives {
+    size_t count = 0;
+    double most = 0;
+    void operator+=(const Negatives& o) {
+      count += o.count;
+      most = std::max(most, o.most);
+    }
+  };
+  const Negatives negatives = sumOverBlocks<Negatives>(topology().blockCount(), [&](size_t b) {
+    Negatives negative;
     for (auto it = topology().active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
       double value = channel.I0.block(b)[n] * unscale;
       if (rescaled) value += static_cast<double>(source.beam[c].block(b)[n]) - source.direct[c].block(b)[n];
-      negative += value < 0;
+      if (value < 0) negative += {1, -value};
       diffuse.block(b)[n] = static_cast<float>(std::max(0.0, value));
     }
     return negative;
   });
+  result_.negative_voxels += negatives.count;
+  result_.most_negative = std::max(result_.most_negative, negatives.most);
   if (settings_.want_flux) addFlux(c, channel);
   result_.diffuse.push_back(std::move(diffuse));
 }
@@ -114,7 +124,7 @@ DiffuseResult LightResult::finish() {
   result_.seconds_source = seconds_source;
   result_.seconds_solve = seconds_solve;
   result_.seconds_sweeps = seconds_sweeps;
-  if (settings_.refine && std::abs(result_.energy.closure()) > 10 * settings_.tolerance)
+  if (settings_.refine && !(std::abs(result_.energy.closure()) <= 10 * settings_.tolerance))
     result_.converged = false;
   return std::move(result_);
 }

@@ -100,6 +100,7 @@ void add(DiffuseResult part, DiffuseResult& sum) {
   if (part.estimated_error)
     sum.estimated_error = std::max(sum.estimated_error.value_or(0), *part.estimated_error);
   sum.negative_voxels += part.negative_voxels;
+  sum.most_negative = std::max(sum.most_negative, part.most_negative);
   sum.seconds_source += part.seconds_source;
   sum.seconds_setup += part.seconds_setup;
   sum.seconds_solve += part.seconds_solve;
