@@ -48,22 +48,25 @@ VDB_DIFFUSE_INLINE void passBlock(const RayLattice& lattice, const BlockView& bl
         const int at = w * block.stride_w + u * block.stride_u;
         const Row depth = loadRow(block.tau + at);
         if (!anyAbove0(depth)) continue;
-        const Attenuation light = attenuationOf(depth * length);
+        const Row tau = depth * length;
+        const Attenuation light = attenuationOf(tau);
+        const Row emits = tau * light.m,
+                  leans = tau * light.n;  // 1 - e and 1 - m, to the last bit where thin
         const Row g_w = loadRow(slope_w + at), g_u = loadRow(slope_u + at), g_v = loadRow(slope_v + at);
         Row J = loadRow(block.J + at) + g_w * step.enters[0] + g_u * step.enters[1] + g_v * step.enters[2];
         for (int m = 0; m < kAngular; ++m) J += loadRow(block.angular[m] + at) * basis[m];
         const Row dJ = g_w * step.moves[0] + g_u * step.moves[1] + g_v * step.moves[2];
         const Row psi = loadRow(ray);
-        const Row mean = (psi * light.m + J * (1.0f - light.m) + dJ * (0.5f - light.n)) * share;
+        const Row mean = (psi * light.m + J * leans + dJ * (0.5f - light.n)) * share;
         // not as the difference of what enters and leaves, large numbers both where voxels are thick
         const Row gain = depth * ((J - psi) * light.m + dJ * light.n) * share;
-        storeRow(ray, psi * light.e + J * (1.0f - light.e) + dJ * (1.0f - light.m));
+        storeRow(ray, psi * light.e + J * emits + dJ * leans);
         storeRow(block.mean + at, loadRow(block.mean + at) + mean);
         storeRow(block.divergence + at, loadRow(block.divergence + at) + gain);
         for (int m = 0; m < kMoments; ++m)
           storeRow(block.moments[m] + at, loadRow(block.moments[m] + at) + mean * basis[m]);
         if constexpr (kLean) {  // the mean times the place, which grows by `moves` along the step
-          const Row tau = depth * length, p = nextOf(tau, light.n);
+          const Row p = nextOf(tau, light.n);
           const Row ahead =
               (psi * (light.m - light.n) + J * tau * (light.n - p) + dJ * (1.0f / 3 - light.n + p)) * share;
           const auto addLean = [&](float* lean, int axis) {
