@@ -282,6 +282,9 @@ GridValues valuesOf(const GridBase& grid, uint64_t max_bytes) {
   return result;
 }
 
+/// Light that crosses longer voxels is no matter of one value for each, and solvers fail on them one by one.
+constexpr int kMostElongated = 1000;
+
 Transform transformOf(const GridBase& grid) {
   const openvdb::math::MapBase& map = *grid.constTransform().baseMap();
   if (!map.isLinear())
@@ -305,6 +308,15 @@ Transform transformOf(const GridBase& grid) {
       throw InputError(called(grid) + "its transform is singular: two axes agree");
     if (std::abs(cosine) > kSheared)
       throw InputError(called(grid) + "its transform is sheared (axes not at right angles); resample it");
+  }
+  const double size[3] = {axis[0].length(), axis[1].length(), axis[2].length()};
+  const double longest = std::max({size[0], size[1], size[2]}),
+               shortest = std::min({size[0], size[1], size[2]});
+  if (longest > kMostElongated * shortest) {
+    char ratio[40];
+    std::snprintf(ratio, sizeof ratio, "%.4g", longest / shortest);
+    throw InputError(called(grid) + "its voxels are " + ratio + " times as long as wide, and " +
+                     std::to_string(kMostElongated) + " is the most; resample it");
   }
   return Transform(axis[0], axis[1], axis[2], origin);
 }

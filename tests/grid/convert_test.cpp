@@ -163,6 +163,22 @@ TEST(Convert, ShearedAndFrustumTransformsAreRefused) {
   expectError(ExitStatus::kInputRefused, {"perspective"}, [&] { transformOf(*frustum); });
 }
 
+TEST(Convert, VoxelsLikeNeedlesOrLeavesAreRefused) {
+  for (const auto& [size, taken] : {std::pair(Vec3d(1, 1, 900), true),
+                                    {Vec3d(30, 1, 0.05), true},
+                                    {Vec3d(1, 1, 1e15), false},
+                                    {Vec3d(1, 1e-15, 1), false},
+                                    {Vec3d(50, 1, 0.04), false}}) {
+    openvdb::Mat4d matrix = openvdb::Mat4d::identity();
+    matrix.preScale(size * 1e6);  // OpenVDB itself refuses the smallest voxels
+    if (taken)
+      EXPECT_NEAR(transformOf(*withMatrix(matrix)).axis(2).length(), 1e6 * size[2], 1);
+    else
+      expectError(ExitStatus::kInputRefused, {"density", "times as long as wide"},
+                  [&, m = matrix] { transformOf(*withMatrix(m)); });
+  }
+}
+
 // ---- sampling
 
 Volume volumeOf(const openvdb::FloatGrid& grid) {
