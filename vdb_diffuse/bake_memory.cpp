@@ -35,7 +35,7 @@ int coarsenToFit(const BakeFlags& flags, Medium& medium) {
   if (need <= free) return times;
   constexpr double kGiB = 1024.0 * 1024 * 1024;
   char line[200];
-  std::snprintf(line, sizeof line, ": baking it may take %.1f GiB and %.1f GiB are free; %s", need / kGiB,
+  std::snprintf(line, sizeof line, ": baking it may take %.3g GiB and %.3g GiB are free; %s", need / kGiB,
                 free / kGiB, fit ? "clip it" : "--coarsen auto solves it in larger voxels");
   throw InputError(flags.input + line);
 }

@@ -5,6 +5,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstdlib>
+#include <exception>
+#include <new>
 
 #include "grid/error.h"
 #include "io/atomic_file.h"
@@ -44,9 +47,25 @@ void onTerminate(int signal) {
   ::raise(signal);
 }
 
+/// Where no one can catch: trees of OpenVDB take memory in their destructors, which may be what there is none
+/// of.
+[[noreturn]] void onUncaught() {
+  removeTemporaryFiles();
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    constexpr char kLine[] = "vdb_diffuse: not enough memory; free some, or use a smaller volume\n";
+    (void)!::write(STDERR_FILENO, kLine, sizeof kLine - 1);
+    ::_exit(static_cast<int>(ExitStatus::kOutputNotWritten));
+  } catch (...) {
+  }
+  std::abort();
+}
+
 }  // namespace
 
 void catchSignals() {
+  std::set_terminate(onUncaught);
   ::signal(SIGALRM, onEndOfGrace);
   sigevent alarm{};
   alarm.sigev_notify = SIGEV_SIGNAL;
