@@ -30,9 +30,11 @@ LimitedRun runLimited(const std::vector<std::string>& words, const std::string& 
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   const std::string out = folder + "/out", error = folder + "/error";
+  const unsigned seconds = (kSanitized ? 10 : 1) * limits.seconds;
   const pid_t child = ::fork();
   if (child == 0) {  // only what is safe in a copy of one thread of several
-    const rlimit memory{limits.bytes, limits.bytes}, none{0, 0};
+    const rlimit memory{limits.bytes, limits.bytes}, none{0, 0}, time{seconds, seconds};
+    ::setrlimit(RLIMIT_CPU, &time);
     if (!kSanitized) ::setrlimit(RLIMIT_AS, &memory);
     ::setrlimit(RLIMIT_CORE, &none);
     ::dup2(::open("/dev/null", O_RDONLY), 0);
@@ -47,10 +49,12 @@ LimitedRun runLimited(const std::vector<std::string>& words, const std::string& 
   while (::wait4(child, &result.status, WNOHANG, &usage) == 0) {
     ::usleep(500);
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    if (elapsed.count() < (kSanitized ? 10 : 1) * limits.seconds || result.hung) continue;
+    if (elapsed.count() < 6 * seconds || result.hung) continue;
     result.hung = true;
     ::kill(child, SIGKILL);
   }
+  result.hung = result.hung || (WIFSIGNALED(result.status) &&
+                                usage.ru_utime.tv_sec + usage.ru_stime.tv_sec + 1 >= long{seconds});
   result.peak_kilobytes = usage.ru_maxrss;
   result.out = contentsOf(out);
   result.error = contentsOf(error);

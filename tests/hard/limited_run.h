@@ -7,7 +7,7 @@
 namespace vdb_diffuse {
 
 struct RunLimits {
-  double seconds = 10;
+  unsigned seconds = 10;  ///< of the processor's time; six times as long by the clock, as others may work too
   uint64_t bytes = uint64_t(2) << 30;  ///< of address space; not held where a sanitizer needs more
 };
 

@@ -12,7 +12,9 @@ import math
 import os
 import random
 import re
+import resource
 import shlex
+import signal
 import subprocess
 import sys
 import tempfile
@@ -112,6 +114,8 @@ def finite(value):
 
 
 def faults_of(program, folder, status, error):
+    if status == -signal.SIGKILL:
+        return ["took more than a minute of the processor's time"]
     if status != 0:
         return ["status %d: %s" % (status, error.strip()[:200])]
     faults = []
@@ -148,10 +152,11 @@ def soak(program, seed):
                  os.path.join(folder, "stats.json"), *light(chance, folder, size), *medium(chance, size),
                  *method(chance)]
         try:
-            done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60)
+            done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=1800,
+                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (60, 60)))
             faults = faults_of(program, folder, done.returncode, done.stderr.decode(errors="replace"))
         except subprocess.TimeoutExpired:
-            faults = ["took longer than a minute"]
+            faults = ["took longer than half an hour"]
         shown = [shlex.join(part).replace(folder + "/", "") for part in (make, words[1:])]
         return " && ".join(shown), faults
 
