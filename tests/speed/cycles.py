@@ -110,7 +110,7 @@ def table(ways, reference, cloud, pixels):
                      f"{hd(reference) / hd(way):7.0f}{100 * way.noise(cloud):7.1f}%{100 * (mean - 1):+7.1f}%"
                      + ("" if way is reference else f"{100 * off(way, reference, cloud):6.1f}%"))
     lines.append("bake, render, total: processor seconds; wall: total on the clock; ratio: total of the longest path")
-    lines.append("tracing over that of the line; in HD: the same for 1920x1080 pixels at this noise, reckoned by pixels")
+    lines.append("tracing over that of the line; in HD: the same for 1920x1080 pixels at that noise, reckoned by pixel")
     return lines
 
 
