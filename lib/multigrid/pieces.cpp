@@ -42,23 +42,33 @@ struct Doors {
   }
 };
 
-/// The voxels of `inside` that can be reached from `seed` within the block.
+/// The voxels of `inside` that can be reached from `seed` within the block. What a slice gains is passed on
+/// at once, up and then down, so that a few rounds do.
 Slices flood(Slices seed, const Slices& inside, const Doors& doors) {
   const auto& open = doors.open;
-  while (true) {
-    Slices next = seed;
-    for (int x = 0; x < 8; ++x) {
-      const uint64_t s = seed[x];
-      next[x] |= (s & open[Topology::kPlusZ][x] & ~(kLowZ << 7)) << 1 |
-                 (s & open[Topology::kMinusZ][x] & ~kLowZ) >> 1;
-      next[x] |= (s & open[Topology::kPlusY][x]) << 8 | (s & open[Topology::kMinusY][x]) >> 8;
-      if (x < 7) next[x + 1] |= s & open[Topology::kPlusX][x];
-      if (x > 0) next[x - 1] |= s & open[Topology::kMinusX][x];
+  const auto grow = [&](int x) {
+    uint64_t s = seed[x];
+    if (x > 0) s |= seed[x - 1] & open[Topology::kPlusX][x - 1];
+    if (x < 7) s |= seed[x + 1] & open[Topology::kMinusX][x + 1];
+    s &= inside[x];
+    for (uint64_t before = 0; s != before;) {
+      before = s;
+      s |= (s & open[Topology::kPlusZ][x] & ~(kLowZ << 7)) << 1 |
+           (s & open[Topology::kMinusZ][x] & ~kLowZ) >> 1;
+      s &= inside[x];
+      s |= (s & open[Topology::kPlusY][x]) << 8 | (s & open[Topology::kMinusY][x]) >> 8;
+      s &= inside[x];
     }
-    for (int x = 0; x < 8; ++x) next[x] &= inside[x];
-    if (next == seed) return seed;
-    seed = next;
+    const bool grown = s != seed[x];
+    seed[x] = s;
+    return grown;
+  };
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (int x = 0; x < 8; ++x) grown |= grow(x);
+    for (int x = 7; x >= 0; --x) grown |= grow(x);
   }
+  return seed;
 }
 
 /// Connected sets of one block.
@@ -108,6 +118,22 @@ struct Piece {
   int64_t voxels = 0;
   Coord lowest = Coord::max(), highest = Coord::min();
   int32_t layer = 0, fragments = 0;
+  void add(const Slices& fragment, const Coord& origin) {
+    int x_low = 8, x_high = -1;
+    uint64_t flat = 0;
+    for (int x = 0; x < 8; ++x) {
+      if (!fragment[x]) continue;
+      x_low = std::min(x_low, x);
+      x_high = x;
+      flat |= fragment[x];
+      voxels += __builtin_popcountll(fragment[x]);
+    }
+    uint64_t row = flat;
+    for (const int shift : {32, 16, 8}) row |= row >> shift;
+    row &= 0xff;
+    lowest.minComponent(origin + Coord(x_low, __builtin_ctzll(flat) / 8, __builtin_ctzll(row)));
+    highest.maxComponent(origin + Coord(x_high, (63 - __builtin_clzll(flat)) / 8, 63 - __builtin_clzll(row)));
+  }
   /// The level on whose grid it is one or two voxels wide.
   int level() const {
     int64_t extent = 1;
@@ -220,14 +246,7 @@ Parts separatePieces(const Operator& A) {
       }
       Piece& piece = pieces[piece_of[f] = piece_of[root]];
       ++piece.fragments;
-      for (int x = 0; x < 8; ++x)
-        for (uint64_t bits = fragments[b][i][x]; bits; bits &= bits - 1) {
-          const int place = __builtin_ctzll(bits);
-          const Coord p = topology.origin(b) + Coord(x, place >> 3, place & 7);
-          piece.lowest.minComponent(p);
-          piece.highest.maxComponent(p);
-          ++piece.voxels;
-        }
+      piece.add(fragments[b][i], topology.origin(b));
     }
   if (pieces.size() < 2) return wholeBlocks(topology);
 

@@ -25,6 +25,21 @@ int32_t layerDistance(const Topology& fine, int32_t layers) {
   return fine.highest()[0] / 2 + distance * layers < (int64_t{1} << 30) ? static_cast<int32_t>(distance) : 0;
 }
 
+/// A slice of a mask, y in its bytes and z in its bits, at half the resolution: the low four bits of four
+/// bytes.
+uint64_t halved(uint64_t slice) {
+  slice |= slice >> 8;
+  slice |= slice >> 1;
+  uint64_t half = 0;
+  for (int j = 0; j < 4; ++j) {
+    uint64_t row = slice >> (16 * j) & 0x55;  // every other bit
+    row = (row | row >> 1) & 0x33;
+    row = (row | row >> 2) & 0x0f;
+    half |= row << (8 * j);
+  }
+  return half;
+}
+
 std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const Parts& parts,
                                                int32_t layer_distance) {
   std::vector<std::pair<Coord, size_t>> order;
@@ -44,10 +59,10 @@ std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const Parts
     }
     const Coord octant = octantOf(fine.origin(part.block));
     const BlockMask& own = part.mask < 0 ? fine.active(part.block) : parts.masks[part.mask];
-    for (auto it = own.beginOn(); it; ++it) {
-      const Coord q = voxelLocal(it.pos());
-      masks.back().setOn(voxelOffset(octant[0] + q[0] / 2, octant[1] + q[1] / 2, octant[2] + q[2] / 2));
-    }
+    for (int i = 0; i < 4; ++i)
+      masks.back().getWord<uint64_t>(octant[0] + i) |=
+          halved(own.getWord<uint64_t>(2 * i) | own.getWord<uint64_t>(2 * i + 1))
+          << (8 * octant[1] + octant[2]);
   }
   return std::make_shared<const Topology>(std::move(origins), std::move(masks));
 }
@@ -62,7 +77,8 @@ void keepPart(const BlockMask& own, BlockFaces& g) {
 }
 
 /// Coarse faces and sinks of the octant that one part fills.
-void coarsenPart(const Operator& fine, const Transfer& transfer, Operator& coarse, size_t p) {
+VDB_DIFFUSE_KERNEL void coarsenPart(const Operator& fine, const Transfer& transfer, Operator& coarse,
+                                    size_t p) {
   const Part& part = transfer.parts.parts[p];
   const size_t b = static_cast<size_t>(part.block), parent = static_cast<size_t>(transfer.parent[p]);
   BlockFaces g;
@@ -76,21 +92,22 @@ void coarsenPart(const Operator& fine, const Transfer& transfer, Operator& coars
       if (!own.isOn(n)) sink[n] = 0;
   }
   const Coord octant = octantOf(fine.topology->origin(b));
+  const Row half = kTwiceAsFar - Row{};
   for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j)
-      for (int k = 0; k < 4; ++k) {
-        const int x = 2 * i, y = 2 * j, z = 2 * k,
-                  to = voxelOffset(octant[0] + i, octant[1] + j, octant[2] + k);
-        float sum = 0;
-        for (int c = 0; c < 8; ++c) sum += sink[voxelOffset(x + (c >> 2), y + ((c >> 1) & 1), z + (c & 1))];
-        coarse.sink.block(parent)[to] = sum;
-        coarse.faces[0].block(parent)[to] =
-            kTwiceAsFar * (g.x[x][y][z] + g.x[x][y][z + 1] + g.x[x][y + 1][z] + g.x[x][y + 1][z + 1]);
-        coarse.faces[1].block(parent)[to] =
-            kTwiceAsFar * (g.y[x][y][z] + g.y[x][y][z + 1] + g.y[x + 1][y][z] + g.y[x + 1][y][z + 1]);
-        coarse.faces[2].block(parent)[to] = kTwiceAsFar * (g.below[x][y][z] + g.below[x][y + 1][z] +
-                                                           g.below[x + 1][y][z] + g.below[x + 1][y + 1][z]);
-      }
+    for (int j = 0; j < 4; ++j) {
+      const int x = 2 * i, y = 2 * j, to = voxelOffset(octant[0] + i, octant[1] + j, octant[2]);
+      const auto four = [&](const float(&rows)[8][8][8]) VDB_DIFFUSE_INLINED {
+        return (loadRow(rows[x][y]) + loadRow(rows[x][y + 1])) +
+               (loadRow(rows[x + 1][y]) + loadRow(rows[x + 1][y + 1]));
+      };
+      const float* own = sink + voxelOffset(x, y, 0);
+      storePairSums((loadRow(own) + loadRow(own + 8)) + (loadRow(own + 64) + loadRow(own + 72)),
+                    coarse.sink.block(parent) + to);
+      storePairSums(half * (loadRow(g.x[x][y]) + loadRow(g.x[x][y + 1])), coarse.faces[0].block(parent) + to);
+      storePairSums(half * (loadRow(g.y[x][y]) + loadRow(g.y[x + 1][y])), coarse.faces[1].block(parent) + to);
+      const Row below = half * four(g.below);
+      for (int k = 0; k < 4; ++k) coarse.faces[2].block(parent)[to + k] = below[2 * k];
+    }
 }
 
 }  // namespace
