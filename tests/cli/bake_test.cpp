@@ -191,7 +191,7 @@ TEST(Bake, NothingItReadsIsReplaced) {
   expectRefusal(runProgram(run + "--scene " + scene + " -o " + folder.file("x.vdb") + " --stats " + scene), 2,
                 {scene, "another name"});
   expectRefusal(runProgram("reference " + cloud + " --scene " + scene + " -o " + mesh), 2, {"another name"});
-  EXPECT_EQ(contentsOf(mesh), triangle);
+  EXPECT_TRUE(contentsOf(mesh) == triangle);  // which, if not, is long and no text
   EXPECT_EQ(contentsOf(scene), words);
   EXPECT_FALSE(std::filesystem::exists(folder.file("x.vdb")));
 }
