@@ -1,6 +1,7 @@
 #include "pcg_solver.h"
 
 #include <openvdb/math/ConjGradient.h>
+#include <openvdb/util/NullInterrupter.h>
 #include <tbb/global_control.h>
 
 #include <cmath>
@@ -37,7 +38,8 @@ PcgRun runPcg(const Matrix& matrix, const std::vector<double>& b, double bound, 
   stop.iterations = 20000;
   stop.relativeError = bound;
   stop.absoluteError = 0;
-  run.iterations = pcg::solve(A, rhs, x, factors, stop).iterations;
+  openvdb::util::NullInterrupter nobody;
+  run.iterations = pcg::solve(A, rhs, x, factors, nobody, stop).iterations;
   run.solve = solve_watch.read();
   for (size_t i = 0; i < matrix.rows(); ++i) run.x.push_back(x[static_cast<pcg::SizeType>(i)] * scale[i]);
   constexpr size_t kRow = 7 * (sizeof(double) + sizeof(pcg::SizeType)) + sizeof(pcg::SizeType);
