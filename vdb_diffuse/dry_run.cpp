@@ -2,8 +2,8 @@
 #include <iostream>
 
 #include "bake.h"
-#include "diffusion/first_scatter.h"
 #include "io/free_memory.h"
+#include "scene/colour.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -49,7 +49,7 @@ void dryRun(const BakeFlags& flags) {
   Medium medium = flags.readMedium(VdbFile(flags.input), scene.medium);
   coarsenToFit(flags, medium);
   const double bytes = bakeBytes(flags, medium);
-  const int channels = medium.grey() && greyLight(scene.scene) ? 1 : 3;
+  const int channels = medium.grey() && greyScene(scene.scene) ? 1 : 3;
   constexpr double kGiB = 1024.0 * 1024 * 1024;
   std::cout << flags.input << ": " << readFrom(flags, medium, scene.medium) << "; "
             << medium.topology().activeVoxelCount() << " active voxels of "

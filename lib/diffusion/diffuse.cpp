@@ -7,6 +7,7 @@
 #include "diffusion/light_result.h"
 #include "diffusion/returned_light.h"
 #include "grid/error.h"
+#include "scene/colour.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -127,9 +128,7 @@ class Diffusion {
   bool sharedOperator() const {
     if (!medium_.optics.grey()) return false;
     if (equation_settings_.walls->empty() && settings_.model.model != Model::kDefault) return true;
-    for (const Surface& s : scene_.surfaces)
-      if (s.albedo[0] != s.albedo[1] || s.albedo[0] != s.albedo[2]) return false;
-    return true;
+    return greySurfaces(scene_.surfaces);
   }
 
   void setUp(size_t c) {

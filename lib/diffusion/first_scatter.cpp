@@ -8,6 +8,7 @@
 #include "diffusion/reflected_light.h"
 #include "diffusion/source_shape.h"
 #include "medium/angular_basis.h"
+#include "scene/colour.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -18,10 +19,6 @@ constexpr double kNearLamp = 4, kFinestCube = 1.0 / 64;
 
 /// A cube of more optical depths is cut as well, down to this side, unless the light is gone before it.
 constexpr double kThickCube = 1, kFinestThickCube = 0.25, kGoneBefore = 6;
-
-bool grey(const Vec3d& c) {
-  return c[0] == c[1] && c[0] == c[2];
-}
 
 Vec3d beamExtinction(const Medium& medium, Model model, int phase_order) {
   Vec3d sigma;
@@ -66,7 +63,7 @@ class Gatherer {
         reflected_(medium, beamExtinction(medium, model, settings.phase_order), lights_, scene.surfaces,
                    occluder),
         gather_(reflected_.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>()),
-        channels_(medium.grey() && greyLight(scene) ? 1 : 3),
+        channels_(medium.grey() && greyScene(scene) ? 1 : 3),
         rays_(std::max(1, settings.rays_per_voxel)),
         shaped_(settings.want_shape),
         ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
@@ -252,24 +249,6 @@ class Gatherer {
 };
 
 }  // namespace
-
-bool greyLight(const Scene& scene) {
-  for (const Surface& surface : scene.surfaces)
-    if (!grey(surface.albedo)) return false;
-  for (const NamedLight& named : scene.lights) {
-    if (const auto* l = std::get_if<SunLight>(&named.light); l && !grey(l->irradiance)) return false;
-    if (const auto* l = std::get_if<PointLight>(&named.light); l && !grey(l->intensity)) return false;
-    if (const auto* l = std::get_if<SpotLight>(&named.light); l && !grey(l->intensity)) return false;
-    if (const auto* l = std::get_if<AreaLight>(&named.light); l && !grey(l->radiance)) return false;
-    if (const auto* l = std::get_if<DomeLight>(&named.light)) {
-      if (!grey(l->radiance)) return false;
-      if (!l->image) continue;
-      for (const Vec3f& pixel : l->image->pixels)
-        if (pixel[0] != pixel[1] || pixel[0] != pixel[2]) return false;
-    }
-  }
-  return true;
-}
 
 FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
                           const FirstScatterSettings& settings) {

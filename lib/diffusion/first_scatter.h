@@ -51,7 +51,4 @@ struct FirstScatter {
 FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
                           const FirstScatterSettings& settings = {});
 
-/// True where all lights of the scene are grey and every surface reflects all colours alike.
-bool greyLight(const Scene& scene);
-
 }  // namespace vdb_diffuse

@@ -18,8 +18,8 @@ template <typename T>
 using AlignedArray = std::unique_ptr<T[], FreeMemory>;
 
 /// `count` uninitialised values on a cache line's boundary. Throws std::bad_alloc. Large arrays ask for huge
-/// pages, as far as they fill them: a kernel takes a block from each of a dozen arrays in turn, and with small
-/// pages most of a solve's setup went into the faults of their first touch.
+/// pages, as far as they fill them, as a kernel takes a block from each of a dozen arrays in turn: `bake` of 2
+/// M voxels, diffusion alone, one thread, takes 0.95 of the time that it does without.
 template <typename T>
 AlignedArray<T> alignedArray(size_t count) {
   constexpr size_t kCacheLine = 64, kHugePage = size_t{2} << 20;

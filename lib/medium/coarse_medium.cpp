@@ -2,17 +2,10 @@
 
 #include <algorithm>
 
+#include "grid/coarse_block.h"
+
 namespace vdb_diffuse {
 namespace {
-
-/// Of the block's octant that a fine block's children fill.
-Coord octantOf(const Coord& fine_origin) {
-  return Coord((fine_origin[0] >> 1) & 4, (fine_origin[1] >> 1) & 4, (fine_origin[2] >> 1) & 4);
-}
-
-Coord parentOf(const Coord& fine_origin) {
-  return blockOriginOf(Coord(fine_origin[0] >> 1, fine_origin[1] >> 1, fine_origin[2] >> 1));
-}
 
 int parentVoxel(const Coord& octant, int n) {
   const Coord p = voxelLocal(n);
@@ -27,7 +20,7 @@ struct Family {
 std::vector<Family> familiesOf(const Topology& fine) {
   std::vector<Family> families;
   for (size_t b = 0; b < fine.blockCount(); ++b)
-    if (b == 0 || parentOf(fine.origin(b)) != parentOf(fine.origin(b - 1)))
+    if (b == 0 || coarseOriginOf(fine.origin(b)) != coarseOriginOf(fine.origin(b - 1)))
       families.push_back({b, b + 1});
     else
       families.back().end = b + 1;
@@ -38,12 +31,9 @@ std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const std::
   std::vector<Coord> origins(families.size());
   std::vector<BlockMask> active(families.size());
   forEachBlock(families.size(), [&](size_t f) {
-    origins[f] = parentOf(fine.origin(families[f].begin));
-    for (size_t b = families[f].begin; b < families[f].end; ++b) {
-      const Coord octant = octantOf(fine.origin(b));
-      for (auto voxel = fine.active(b).beginOn(); voxel; ++voxel)
-        active[f].setOn(parentVoxel(octant, static_cast<int>(voxel.pos())));
-    }
+    origins[f] = coarseOriginOf(fine.origin(families[f].begin));
+    for (size_t b = families[f].begin; b < families[f].end; ++b)
+      coarsenMask(fine.active(b), octantOf(fine.origin(b)), active[f]);
   });
   return std::make_shared<const Topology>(std::move(origins), std::move(active));
 }
@@ -60,7 +50,7 @@ Field<float> meanOverChildren(const Topology& fine, const std::vector<Family>& f
       for (auto voxel = fine.active(b).beginOn(); voxel; ++voxel)
         sums[parentVoxel(octant, static_cast<int>(voxel.pos()))] += term(b, static_cast<int>(voxel.pos()));
     }
-    float* out = means.block(coarse.find(parentOf(fine.origin(families[f].begin))));
+    float* out = means.block(coarse.find(coarseOriginOf(fine.origin(families[f].begin))));
     for (int n = 0; n < kBlockVoxels; ++n) out[n] = static_cast<float>(sums[n] / 8);
   });
   return means;

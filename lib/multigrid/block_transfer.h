@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "grid/coarse_block.h"
 #include "multigrid/block_sweeps.h"
 #include "multigrid/transfer.h"
 
@@ -18,10 +19,6 @@
 namespace vdb_diffuse {
 
 constexpr int kSpill = 96;  ///< 6 faces of 4 x 4 coarse voxels
-
-inline Coord octantOf(const Coord& fine_origin) {
-  return Coord((fine_origin[0] >> 1) & 4, (fine_origin[1] >> 1) & 4, (fine_origin[2] >> 1) & 4);
-}
 
 // 1.5 times its share gives each of three outer faces out of six equal ones a quarter, which is linear
 // interpolation; a little less suits ragged edges, and takes no more iterations inside.

@@ -25,21 +25,6 @@ int32_t layerDistance(const Topology& fine, int32_t layers) {
   return fine.highest()[0] / 2 + distance * layers < (int64_t{1} << 30) ? static_cast<int32_t>(distance) : 0;
 }
 
-/// A slice of a mask, y in its bytes and z in its bits, at half the resolution: the low four bits of four
-/// bytes.
-uint64_t halved(uint64_t slice) {
-  slice |= slice >> 8;
-  slice |= slice >> 1;
-  uint64_t half = 0;
-  for (int j = 0; j < 4; ++j) {
-    uint64_t row = slice >> (16 * j) & 0x55;  // every other bit
-    row = (row | row >> 1) & 0x33;
-    row = (row | row >> 2) & 0x0f;
-    half |= row << (8 * j);
-  }
-  return half;
-}
-
 std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const Parts& parts,
                                                int32_t layer_distance) {
   std::vector<std::pair<Coord, size_t>> order;
@@ -57,12 +42,8 @@ std::shared_ptr<const Topology> coarseTopology(const Topology& fine, const Parts
       origins.push_back(origin);
       masks.emplace_back();
     }
-    const Coord octant = octantOf(fine.origin(part.block));
-    const BlockMask& own = part.mask < 0 ? fine.active(part.block) : parts.masks[part.mask];
-    for (int i = 0; i < 4; ++i)
-      masks.back().getWord<uint64_t>(octant[0] + i) |=
-          halved(own.getWord<uint64_t>(2 * i) | own.getWord<uint64_t>(2 * i + 1))
-          << (8 * octant[1] + octant[2]);
+    coarsenMask(part.mask < 0 ? fine.active(part.block) : parts.masks[part.mask],
+                octantOf(fine.origin(part.block)), masks.back());
   }
   return std::make_shared<const Topology>(std::move(origins), std::move(masks));
 }

@@ -139,34 +139,6 @@ void Canvas::disc(const Point& centre, double radius, const Colour& colour) {
   cairo_fill(impl_->cairo);
 }
 
-void Canvas::raster(const Box& box, int width, int height, const std::vector<Colour>& pixels) {
-  cairo_surface_t* image = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
-  cairo_surface_flush(image);
-  unsigned char* bytes = cairo_image_surface_get_data(image);
-  const auto byte = [](double v) {
-    return static_cast<uint32_t>(std::lround(255 * std::clamp(v, 0.0, 1.0)));
-  };
-  for (int y = 0; bytes && y < height; ++y) {
-    auto* row =
-        reinterpret_cast<uint32_t*>(bytes + static_cast<size_t>(y) * cairo_image_surface_get_stride(image));
-    for (int x = 0; x < width; ++x) {
-      const Colour& c = pixels[static_cast<size_t>(y) * width + x];
-      row[x] = byte(c.red) << 16 | byte(c.green) << 8 | byte(c.blue);
-    }
-  }
-  cairo_surface_mark_dirty(image);
-  cairo_t* cairo = impl_->cairo;
-  cairo_save(cairo);
-  cairo_translate(cairo, box.left, box.top);
-  cairo_scale(cairo, box.width / width, box.height / height);
-  cairo_set_source_surface(cairo, image, 0, 0);
-  cairo_pattern_set_filter(cairo_get_source(cairo), CAIRO_FILTER_NEAREST);
-  cairo_rectangle(cairo, 0, 0, width, height);
-  cairo_fill(cairo);
-  cairo_restore(cairo);
-  cairo_surface_destroy(image);
-}
-
 double Canvas::textWidth(const std::string& utf8, const TextStyle& style) const {
   impl_->setFont(style);
   cairo_text_extents_t extents;

@@ -62,11 +62,9 @@ class Canvas {
   void area(const std::vector<Point>& corners, const Colour& colour);
   void disc(const Point& centre, double radius, const Colour& colour);
   void text(const std::string& utf8, const Point& at, const TextStyle& style);
-  /// Colours, row after row from the top, each a rectangle of the box; an SVG holds them as a picture.
-  void raster(const Box& box, int width, int height, const std::vector<Colour>& pixels);
   double textWidth(const std::string& utf8, const TextStyle& style) const;
-  /// A picture of width x height squares, row after row from the upper left, that fills the box; opaque, and
-  /// with sharp edges where it is enlarged.
+  /// A picture of width x height rectangles, row after row from the upper left, that fills the box; opaque,
+  /// and with sharp edges where it is enlarged. An SVG holds it as a picture.
   void pixels(const Box& box, int width, int height, const std::vector<Colour>& colours);
   /// Until `unclip`, nothing is drawn outside the box.
   void clip(const Box& box);

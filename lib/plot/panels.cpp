@@ -101,7 +101,7 @@ class Sheet {
     std::vector<Colour> pixels = p.colours;
     if (pixels.empty())
       for (const double v : p.values) pixels.push_back(stepped(shareOf(v)));
-    canvas.raster({x, y, p.width * w, p.height * h}, p.width, p.height, pixels);
+    canvas.pixels({x, y, p.width * w, p.height * h}, p.width, p.height, pixels);
     for (size_t n = 0; n < p.words.size(); ++n) {
       const Colour& c = pixels[n];
       const bool dark = 0.3 * c.red + 0.6 * c.green + 0.1 * c.blue < 0.5;
@@ -129,7 +129,7 @@ class Sheet {
     constexpr int kSteps = 256;
     std::vector<Colour> pixels;
     for (int n = 0; n < kSteps; ++n) pixels.push_back(colourOf(s_.map, (n + 0.5) / kSteps));
-    canvas.raster(box, kSteps, 1, pixels);
+    canvas.pixels(box, kSteps, 1, pixels);
     TextStyle style{kSmall, kInk};
     canvas.text(s_.low_label, {box.left, box.bottom() + 20}, style);
     style.x = AlignX::kMiddle;

@@ -14,6 +14,7 @@
 #include "reference/path.h"
 #include "reference/schedule.h"
 #include "reference/spread_points.h"
+#include "scene/colour.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -30,38 +31,8 @@ constexpr uint64_t kTrialPaths = 1024, kRayVoxels = 30, kCollisionVoxels = 8;
 constexpr double kWalkers = 4;
 constexpr uint64_t kPathsBetweenLooks = 64;  // at the clock and for an interrupt
 
-bool grey(const Vec3d& c) {
-  return c[0] == c[1] && c[0] == c[2];
-}
-
-bool coloured(const Light& light) {
-  return std::visit(
-      [](const auto& l) {
-        using T = std::decay_t<decltype(l)>;
-        if constexpr (std::is_same_v<T, SunLight>) {
-          return !grey(l.irradiance);
-        } else if constexpr (std::is_same_v<T, PointLight> || std::is_same_v<T, SpotLight>) {
-          return !grey(l.intensity);
-        } else if constexpr (std::is_same_v<T, AreaLight>) {
-          return !grey(l.radiance);
-        } else {
-          if (!grey(l.radiance)) return true;
-          if (l.image)
-            for (const Vec3f& pixel : l.image->pixels)
-              if (!grey(Vec3d(pixel))) return true;
-          return false;
-        }
-      },
-      light);
-}
-
 int channelsOf(const Medium& medium, const Scene& scene) {
-  if (!medium.grey()) return 3;
-  for (const NamedLight& named : scene.lights)
-    if (coloured(named.light)) return 3;
-  for (const Surface& surface : scene.surfaces)
-    if (!grey(surface.albedo)) return 3;
-  return 1;
+  return medium.grey() && greyScene(scene) ? 1 : 3;
 }
 
 /// Sums and one batch must fit; what else is kept is small beside them.

@@ -49,7 +49,7 @@ std::vector<DiffuseResult> byTint(const Medium& medium, const std::vector<Surfac
     if (group_of[i] == results.size())
       results.push_back(std::move(solved[i]));
     else
-      add(std::move(solved[i]), results.back());
+      add(solved[i], results.back());
   }
   return results;
 }

@@ -2,23 +2,12 @@
 
 #include <algorithm>
 
+#include "scene/colour.h"
+
 namespace vdb_diffuse {
 namespace {
 
 constexpr size_t kMostTints = 2;
-
-/// The factor on a light's strength, or null for one whose colour is a picture's.
-Vec3d* strengthOf(Light& light) {
-  if (auto* l = std::get_if<SunLight>(&light)) return &l->irradiance;
-  if (auto* l = std::get_if<PointLight>(&light)) return &l->intensity;
-  if (auto* l = std::get_if<SpotLight>(&light)) return &l->intensity;
-  if (auto* l = std::get_if<AreaLight>(&light)) return &l->radiance;
-  auto* dome = std::get_if<DomeLight>(&light);
-  if (!dome->image) return &dome->radiance;
-  for (const Vec3f& pixel : dome->image->pixels)
-    if (pixel[0] != pixel[1] || pixel[0] != pixel[2]) return nullptr;
-  return &dome->radiance;
-}
 
 Field<float> times(const Field<float>& field, float factor) {
   Field<float> product = field;
@@ -34,20 +23,21 @@ void tint(Channels& channels, const Vec3d& colour) {
   channels = std::move(three);
 }
 
-void addFields(Channels part, Channels& sum) {
-  if (part.size() < sum.size()) tint(part, Vec3d(1));
+void addFields(const Channels& part, Channels& sum) {
   if (sum.size() < part.size()) tint(sum, Vec3d(1));
-  for (size_t c = 0; c < sum.size(); ++c)
-    forEachBlock(sum[c].blockCount(), [&](size_t b) {
-      for (int n = 0; n < kBlockVoxels; ++n) sum[c].block(b)[n] += part[c].block(b)[n];
+  for (size_t c = 0; c < sum.size(); ++c) {
+    const Field<float>& more = part[part.size() == 1 ? 0 : c];
+    forEachBlock(more.blockCount(), [&](size_t b) {
+      for (int n = 0; n < kBlockVoxels; ++n) sum[c].block(b)[n] += more.block(b)[n];
     });
+  }
 }
 
 }  // namespace
 
 std::vector<TintedLight> splitByTint(const Medium& medium, const std::vector<Surface>& surfaces,
                                      const LightGroup& group) {
-  if (!medium.optics.grey() || greyLight({group.lights, surfaces}) || !greyLight({{}, surfaces})) return {};
+  if (!medium.optics.grey() || greyLights(group.lights) || !greySurfaces(surfaces)) return {};
   if (group.emission && medium.emission.size() > 1) return {};
   std::vector<TintedLight> tints;
   const auto of = [&](const Vec3d& tint) -> LightGroup& {
@@ -57,12 +47,12 @@ std::vector<TintedLight> splitByTint(const Medium& medium, const std::vector<Sur
     return tints.back().grey;
   };
   for (NamedLight named : group.lights) {
-    Vec3d* strength = strengthOf(named.light);
-    if (!strength) return {};
-    const double most = std::max({(*strength)[0], (*strength)[1], (*strength)[2]});
+    if (hasColouredImage(named.light)) return {};
+    Vec3d& strength = strengthOf(named.light);
+    const double most = std::max({strength[0], strength[1], strength[2]});
     if (!(most > 0)) continue;
-    const Vec3d colour = *strength / most;
-    *strength = Vec3d(most);
+    const Vec3d colour = strength / most;
+    strength = Vec3d(most);
     of(colour).lights.push_back(std::move(named));
   }
   if (group.emission && !medium.emission.empty()) of(Vec3d(1)).emission = true;
@@ -83,11 +73,13 @@ DiffuseResult tinted(DiffuseResult grey, const Vec3d& colour) {
   return grey;
 }
 
-void add(DiffuseResult part, DiffuseResult& sum) {
-  addFields(std::move(part.diffuse), sum.diffuse);
-  addFields(std::move(part.direct), sum.direct);
+void add(const DiffuseResult& part, DiffuseResult& sum) {
+  addFields(part.diffuse, sum.diffuse);
+  addFields(part.direct, sum.direct);
   for (int a = 0; a < 3; ++a)
-    for (size_t i = 0; i < sum.flux[a].size(); ++i) sum.flux[a][i] += part.flux[a][i];
+    forEachBlock(sum.flux[a].blockCount(), [&](size_t b) {
+      for (int n = 0; n < kBlockVoxels; ++n) sum.flux[a].block(b)[n] += part.flux[a].block(b)[n];
+    });
   sum.energy.scattered_in += part.energy.scattered_in;
   sum.energy.emitted += part.energy.emitted;
   sum.energy.absorbed += part.energy.absorbed;

@@ -21,6 +21,6 @@ DiffuseResult tinted(DiffuseResult grey, const Vec3d& tint);
 
 /// The light of several results together: fields add, and of numbers that tell how well it went the worst
 /// counts. One channel counts as three equal ones where the other has three.
-void add(DiffuseResult part, DiffuseResult& sum);
+void add(const DiffuseResult& part, DiffuseResult& sum);
 
 }  // namespace vdb_diffuse

@@ -83,11 +83,13 @@ class Timer {
     const Scratch scratch;
     const Volume& density = system_.medium.density;
     const std::string ours = scratch.file("ours.vdb"), theirs = scratch.file("theirs.vdb");
-    const auto lighting = [&] {
-      return std::vector<OutputGrid>{{"diffuse", "", {density.values}, {}},
-                                     {"direct", "", {density.values}, {}}};
-    };
-    time("write", 0, [&] { writeVdb(ours, density, lighting()); });
+    std::vector<std::vector<OutputGrid>> lighting(static_cast<size_t>(settings_.repeats));
+    for (std::vector<OutputGrid>& grids : lighting)
+      for (const char* name : {"diffuse", "direct"}) grids.push_back({name, "", {density.values}, {}});
+    time("write", 0, [&] {
+      writeVdb(ours, density, std::move(lighting.back()));
+      lighting.pop_back();
+    });
     openvdb::GridPtrVec grids;
     {
       openvdb::io::File file(ours);

@@ -60,6 +60,16 @@ TEST(Tints, LightOfOneColourIsGreyLightTimesIt) {
   expectSame(medium, illuminate(medium, scene, tight(), sweeps(0)), three, 10 * kTolerance);
 }
 
+TEST(Tints, TheMediumsOwnLightIsOneOfTheColours) {
+  const Medium medium = glowingBall();
+  const Scene scene{{lamps().front()}, {}};
+  const std::vector<TintedLight> tints = splitByTint(medium, {}, {"", scene.lights});
+  ASSERT_EQ(tints.size(), 2u);
+  EXPECT_EQ(tints[1].tint, Vec3d(1));
+  expectSame(medium, illuminate(medium, scene, tight(), sweeps(0)), diffuse(medium, scene, tight()),
+             10 * kTolerance);
+}
+
 TEST(Tints, GroupsAddUpToTheWhole) {
   const Medium medium = glowingBall();
   const Scene scene{lamps(), {}};
@@ -72,7 +82,7 @@ TEST(Tints, GroupsAddUpToTheWhole) {
   EXPECT_GT(parts[2].energy.emitted, 0);
   EXPECT_EQ(parts[2].diffuse.size(), 1u);  // what glows is grey
   DiffuseResult sum = std::move(parts[0]);
-  for (size_t g = 1; g < parts.size(); ++g) add(std::move(parts[g]), sum);
+  for (size_t g = 1; g < parts.size(); ++g) add(parts[g], sum);
   // Sweeps go from each light's own start, so rounding and tolerances meet twice.
   expectSame(medium, sum, whole, 1e-4);
 }
