@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diffusion/beam_faces.h"
 #include "diffusion/source_shape.h"
 #include "grid/parallel.h"
 #include "grid/ray_march.h"
@@ -18,16 +19,20 @@ constexpr double kGone = 1e-17;  // transmittance below which light is beyond an
 /// A lattice in index space. It hangs on the middle of the active voxels, so that a volume that is moved or
 /// mirrored is lit the same.
 struct Lattice {
-  int u, v, w;   // axes
-  Vec3d d;       // direction in index space, |d[w]| = 1
-  int rays;      // per voxel and axis
-  Vec3d anchor;  // the middle of the active voxels; a voxel's centre for a beam along the axis
-  double shift[2];
+  int u, v, w;  // axes
+  Vec3d d;      // direction in index space, |d[w]| = 1
+  Beam beam;
+  Vec3d anchor;   // the middle of the active voxels; a voxel's centre for a beam along the axis
   double length;  // world length per unit of t
+  int rays() const { return beam.rays; }  // per voxel and axis
   Vec3d start(int64_t i, int64_t j) const {
+    const auto cell = [&](int64_t n) { return static_cast<int64_t>(std::floor(double(n) / rays())); };
+    const int64_t in_cell_u = i - cell(i) * rays(), in_cell_v = j - cell(j) * rays();
+    const std::array<double, 2> place =
+        placeOfRay(beam, static_cast<int>(in_cell_u), static_cast<int>(in_cell_v));
     Vec3d p = anchor;
-    p[u] += (i + shift[0]) / rays - 0.5;
-    p[v] += (j + shift[1]) / rays - 0.5;
+    p[u] += static_cast<double>(cell(i)) + place[0];
+    p[v] += static_cast<double>(cell(j)) + place[1];
     return p;
   }
 };
@@ -49,9 +54,11 @@ Lattice latticeOf(const Beam& beam, const Transform& transform, const Vec3d& mid
   lattice.anchor = middle;
   if (along_axis)
     for (int a = 0; a < 3; ++a) lattice.anchor[a] = std::floor(middle[a]);
-  lattice.rays = along_axis ? 1 : beam.rays;
-  lattice.shift[0] = along_axis ? 0.5 : beam.shift[0];
-  lattice.shift[1] = along_axis ? 0.5 : beam.shift[1];
+  lattice.beam = beam;
+  if (along_axis) {
+    lattice.beam.rays = 1;
+    lattice.beam.shift[0] = lattice.beam.shift[1] = 0.5;
+  }
   return lattice;
 }
 
@@ -78,15 +85,16 @@ class LayerMoments {
 
   static Layer layerAt(const Lattice& lattice, int layer) {
     constexpr double kMostStretch = 4;
+    const int places = lattice.rays() * lattice.rays();
     Layer moments{};
     moments.square[lattice.w] = 1. / 12;
     moments.stretch[lattice.w] = 1;
     for (int axis : {lattice.u, lattice.v}) {
       // The middle of the rays in a voxel is a sawtooth of the height, one tooth for each ray's distance.
-      const double slope = lattice.d[axis] / lattice.d[lattice.w], spacing = 1.0 / lattice.rays;
+      const double slope = lattice.d[axis] / lattice.d[lattice.w], spacing = 1.0 / places;
       const double at = lattice.start(0, 0)[axis] + slope * (layer - 0.5 - lattice.anchor[lattice.w]);
       const auto saw = [&](double x) {
-        const double y = x - (lattice.rays % 2 == 1 ? 0 : 0.5 * spacing);
+        const double y = x - (places % 2 == 1 ? 0 : 0.5 * spacing);
         return y - spacing * std::floor(y / spacing + 0.5);
       };
       double centre, square;
@@ -192,12 +200,19 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
   const int channels = static_cast<int>(optics_.size());
   const bool rescaled = !sum.beam.empty();
   const LayerMoments layers(lattice, topology.lowest()[lattice.w], topology.highest()[lattice.w]);
-  const double share = 1.0 / (lattice.rays * lattice.rays);
+  const double share = 1.0 / (lattice.rays() * lattice.rays());
   Vec3d along_axes;
   for (int a = 0; a < 3; ++a)
     along_axes[a] = beam.direction.dot(transform.axis(a)) / transform.axis(a).length();
   double basis[kSecondOrder];
   angularBasis(along_axes, basis);
+  std::vector<BeamFaces> faces;      // by channel
+  std::vector<Field<float>> beside;  // what scatters beside them
+  for (size_t c = 0; c < sum.shape.size(); ++c) {
+    faces.emplace_back(along_axes, transform.voxelSize() / transform.meanVoxelSize(),
+                       optics_[c].sigma_t_beam * transform.meanVoxelSize());
+    beside.emplace_back(topology);
+  }
 
   // Where surfaces change the light of a ray from t_first on, in order; t counts from p. What it met before
   // is asked backward: the nearest surface there is all that counts.
@@ -282,8 +297,11 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
           light.beam[c] *= 1 - tau_scatters * mean_beam;
           sum.beam[c].block(block)[voxel] += static_cast<float>(scatters);
         }
-        if (!sum.shape.empty())
-          addShape(sum.shape[c], block, voxel, t0, extent, scatters, decayMoments(tau_scatters));
+        if (!sum.shape.empty()) {
+          const double placed = scatters * faces[c].share(medium_.density.values.block(block)[voxel]);
+          beside[c].block(block)[voxel] += static_cast<float>(placed);
+          addShape(sum.shape[c], block, voxel, t0, extent, scatters - placed, decayMoments(tau_scatters));
+        }
         if (!sum.beam_flux.empty())
           for (int a = 0; a < 3; ++a)
             sum.beam_flux[c][a].block(block)[voxel] += static_cast<float>(scatters * along_axes[a]);
@@ -319,7 +337,7 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
   };
 
   const auto tiles = tilesOf(topology, lattice);
-  const int rays = kTile * lattice.rays;
+  const int rays = kTile * lattice.rays();
   for (const auto& colour : tiles)
     forEachBlock(
         colour.size(),
@@ -332,6 +350,17 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
               followRay(lattice.start(i, j), changes);
         },
         1);
+  for (size_t c = 0; c < sum.shape.size(); ++c)
+    forEachBlock(topology.blockCount(), [&](size_t b) {
+      Halo<float> rho;
+      loadHalo(topology, medium_.density.values, b, 0.0f, rho);
+      BlockMoments moments{beside[c].block(b), {}, {}};
+      for (int a = 0; a < 3; ++a) {
+        moments.lean[a] = sum.shape[c].lean[a].block(b);
+        moments.spread[a] = sum.shape[c].spread[a].block(b);
+      }
+      addMoments(faces[c], rho, moments);
+    });
 }
 
 }  // namespace vdb_diffuse

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 
 #include "diffusion/first_scatter.h"
@@ -16,6 +17,14 @@ struct Beam {
   int rays = 1;                  ///< lattice rays per voxel and axis
   double shift[2] = {0.5, 0.5};  ///< of the lattice, 0..1 of its spacing
 };
+
+/// Where the rays of a beam pass a voxel's square across it, from its middle, in voxels; i, j = 0 .. rays
+/// - 1. No two of a row or a column have the same height, so that rays x rays places along either axis tell
+/// how much of the beam enters through a side.
+inline std::array<double, 2> placeOfRay(const Beam& beam, int i, int j) {
+  const double n = beam.rays;
+  return {(i + (j + beam.shift[0]) / n) / n - 0.5, (j + (i + beam.shift[1]) / n) / n - 0.5};
+}
 
 /// Adds a beam to the first scatter of every voxel ray by ray, where surfaces may stand anywhere.
 ///

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "diffusion/beam_faces.h"
 #include "diffusion/beam_pass.h"
 #include "grid/parallel.h"
 #include "medium/angular_basis.h"
@@ -173,8 +174,9 @@ class Passage {
       for (int i = 0; i < beam.rays; ++i)
         for (int j = 0; j < beam.rays; ++j) {
           Vec3d through = middle;
-          through[axes.u] += (i + beam.shift[0]) / beam.rays - 0.5;
-          through[axes.v] += (j + beam.shift[1]) / beam.rays - 0.5;
+          const std::array<double, 2> place = placeOfRay(beam, i, j);
+          through[axes.u] += place[0];
+          through[axes.v] += place[1];
           result.push_back({s, 1, through});
           beam_of_.push_back(n);
         }
@@ -240,6 +242,9 @@ class Passage {
     turnBlock(rho, turned_rho);
     const RowBits active(topology.active(b));
     BeamMarks marks;
+    Halo<float> halo;
+    const float densest = takesShape(lane, sum) ? *std::max_element(rho, rho + kBlockVoxels) : 0;
+    if (takesShape(lane, sum)) loadHalo(topology, medium_.density.values, b, 0.0f, halo);
     for (size_t d = 0; d < lattices.size();) {
       const size_t n = beam_of_[lattices[d].number];
       const bool turned = lattices[d].w == 2, shaped = takesShape(lane, sum);
@@ -252,6 +257,15 @@ class Passage {
         passBeam(lattices[d], block, lane.extinction, 1.0 / static_cast<double>(lattices_of_[n].size()),
                  shaped ? &places_[n] : nullptr, rays[d].get(), marks);
       if (turned) turnMarksBack(shaped, marks);
+      if (shaped) {
+        const BeamFaces faces(lattices[d - 1].s, stretch(), lane.extinction);
+        BlockMoments moments{marks.light, {}, {}};
+        for (int a = 0; a < 3; ++a) {
+          moments.lean[axes[a]] = marks.lean[a];
+          moments.spread[axes[a]] = marks.spread[a];
+        }
+        if (faces.any(densest)) replaceMoments(faces, halo, moments);
+      }
       leave(n, lane, b, marks, axes, active.plain, sum);
     }
   }

@@ -59,13 +59,14 @@ TEST(BeamSweep, AgreesWithMarchingFromEveryVoxel) {
       if (g > 0) {
         EXPECT_LT(relativeRms(medium.topology(), sweep.beam[0], march.beam[0]), 0.005);
       }
-      // Voxels of up to 3 optical depths: a few rays miss by percents, and by less the more there are.
+      // Voxels of up to 3 optical depths: a few rays miss by a percent, and by less the more there are, down to
+      // what the march itself misses.
       const double few =
           relativeRms(medium.topology(), lit(medium, scene, 9, false).direct[0], march.direct[0]);
       const double more =
           relativeRms(medium.topology(), lit(medium, scene, 81, false).direct[0], march.direct[0]);
-      EXPECT_LT(few, 0.06);
-      EXPECT_LT(more, few / 2);
+      EXPECT_LT(few, 0.03);
+      EXPECT_LT(more, std::max(few / 2, 0.004));
     }
 }
 

@@ -1,0 +1,337 @@
+#include "diffusion/light_march.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "diffusion/beam_faces.h"
+#include "diffusion/source_shape.h"
+
+namespace vdb_diffuse {
+namespace {
+
+constexpr double kInverseSphere = 1 / (4 * M_PI);
+constexpr double kFar = std::numeric_limits<double>::infinity();
+/// A cube nearer to a lamp than this many of its radii is cut into eight, down to the finest side in voxels.
+constexpr double kNearLamp = 4, kFinestCube = 1.0 / 64;
+
+/// A cube near a lamp of more optical depths is cut as well, down to this side, unless the light is gone
+/// before it.
+constexpr double kThickCube = 1, kFinestThickCube = 0.25, kGoneBefore = 6;
+
+/// Optical depth across a voxel's diagonal from which light is followed from the faces. Nine points within a
+/// voxel of one optical depth let 3 % of a lamp's light get away.
+constexpr double kThickVoxel = 0.5;
+
+/// Points of a voxel relative to its centre. They come in opposite pairs: were their mean not the centre,
+/// every voxel would see the beam too early or too late.
+Vec3d pointWithin(int ray, int rays) {
+  if (ray == rays - 1 && rays % 2 == 1) return Vec3d(0);
+  const Vec3d u(spreadPoint(ray / 2, 0, 3), spreadPoint(ray / 2, 1, 3), spreadPoint(ray / 2, 2, 3));
+  return ray % 2 ? -u : u;
+}
+
+/// n x n points on each face of the voxel about `centre`: visit(p, axis, side), side -1 or 1.
+template <typename Visit>
+void forEachFacePoint(const Vec3d& centre, int n, const Visit& visit) {
+  int step = static_cast<int>(std::ceil(0.618 * n));
+  while (std::gcd(step, n) != 1) ++step;
+  for (int face = 0; face < 6; ++face)
+    for (int i = 0; i < n * n; ++i) {
+      const int a = face / 2, side = face % 2 ? 1 : -1;
+      Vec3d p = centre;
+      p[a] += 0.5 * side;
+      const int u = i % n, v = i / n;  // all at other heights along either side, by a golden step
+      p[(a + 1) % 3] += (u + (v * step % n + 0.5) / n) / n - 0.5;
+      p[(a + 2) % 3] += (v + (u * step % n + 0.5) / n) / n - 0.5;
+      visit(p, a, side);
+    }
+}
+
+Vec3d alongAxes(const Transform& transform, const Vec3d& direction) {
+  Vec3d s;
+  for (int a = 0; a < 3; ++a) s[a] = direction.dot(transform.axis(a)) / transform.axis(a).length();
+  return s;
+}
+
+}  // namespace
+
+double spreadPoint(int n, int axis, int dimensions) {
+  const double phi = dimensions == 2 ? 1.32471795724474602596 : 1.22074408460575947536;
+  const double u = (n + 0.5) / std::pow(phi, axis + 1);
+  return u - std::floor(u + 0.5);
+}
+
+/// A part of a voxel, a cube, that light passes as if all beside it were like it.
+struct LightMarch::Part {
+  Vec3d offset{0, 0, 0};  ///< of its centre from the voxel's, in voxels
+  double side = 1;        ///< in voxels
+  float rho = 0;
+};
+
+LightMarch::LightMarch(const Medium& medium, const std::vector<ChannelOptics>& optics,
+                       const Occluder& occluder, const LightSamples& lights, const ReflectedLight& reflected,
+                       const std::vector<Vec3d>& reflected_directions, const FirstScatterSettings& settings)
+    : medium_(medium),
+      optics_(optics),
+      occluder_(occluder),
+      lights_(lights),
+      reflected_(reflected),
+      gather_(reflected_directions),
+      channels_(static_cast<int>(optics.size())),
+      rays_(std::max(1, settings.rays_per_voxel)),
+      shaped_(settings.want_shape),
+      rescaled_(optics.front().rescaled() || optics.back().rescaled()),
+      ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
+  double thinnest = kFar;
+  for (const ChannelOptics& o : optics) {
+    thickest_ = std::max({thickest_, o.sigma_t_beam, o.true_sigma_t});
+    thinnest = std::min({thinnest, o.sigma_t_beam, o.true_sigma_t});
+  }
+  enough_ = kOpaque / thinnest;
+}
+
+Gathered LightMarch::gather(const Coord& voxel, float rho, bool all) const {
+  Gathered sum;
+  const bool by_faces = thick(rho);
+  const int points = static_cast<int>(std::round(std::sqrt(static_cast<double>(rays_))));
+  const Vec3d centre = medium_.transform().toWorld(voxel.asVec3d());
+  for (const PointSample& lamp : lights_.points) {
+    const double distance = (centre - lamp.position).length();
+    if (by_faces && distance >= kNearLamp * ball_radius_ && std::isfinite(distance))
+      addThroughFaces(lamp, points, voxel, rho, sum);
+    else
+      addLamp(lamp, voxel.asVec3d(), Part{Vec3d(0), 1, rho}, sum);
+  }
+  if (!all) return sum;
+  for (const BeamSample& beam : lights_.beams)
+    if (by_faces)
+      addThroughFaces(beam, beam.count >= kManyBeams ? 1 : points, voxel, rho, sum);
+    else
+      addBeam(beam, voxel, rho, sum);
+  for (const Vec3d& direction : gather_)
+    if (by_faces)
+      addThroughFaces(direction, 1, voxel, rho, sum);
+    else if (const auto light = arrivalOf(direction, centre))
+      addPart(*light,
+              lightPath(medium_.density, rho, voxel.asVec3d(), voxel.asVec3d(), light->toward,
+                        light->distance, enough_),
+              Part{Vec3d(0), 1, rho}, sum);
+  return sum;
+}
+
+bool LightMarch::thick(float rho) const {
+  return thickest_ * rho * medium_.transform().voxelSize().length() > kThickVoxel;
+}
+
+Vec3d LightMarch::wayOf(const PointSample& lamp, const Vec3d& p) const {
+  return p - lamp.position;
+}
+Vec3d LightMarch::wayOf(const BeamSample& beam, const Vec3d&) const {
+  return beam.direction;
+}
+Vec3d LightMarch::wayOf(const Vec3d& reflected_direction, const Vec3d&) const {
+  return reflected_direction;
+}
+
+std::optional<LightMarch::Arrival> LightMarch::arrivalOf(const PointSample& lamp, const Vec3d& p) const {
+  const Vec3d separation = lamp.position - p;
+  const double r = separation.length();
+  const Vec3d toward = separation / r;
+  const double falloff = lamp.profile == PointSample::Profile::kIsotropic ? 1 : lamp.falloff(-toward);
+  if (falloff <= 0 || (!occluder_.empty() && occluder_.hidden(p, toward, r))) return std::nullopt;
+  const Vec3d power = lamp.intensity * (falloff * kInverseSphere / (r * r));
+  return Arrival{power, power, toward, r};
+}
+
+std::optional<LightMarch::Arrival> LightMarch::arrivalOf(const BeamSample& beam, const Vec3d& p) const {
+  const Vec3d toward = -beam.direction, power = beam.irradiance * kInverseSphere;
+  if (!occluder_.empty() && occluder_.hidden(p, toward, kFar)) return std::nullopt;
+  return Arrival{power, power, toward, kFar};
+}
+
+std::optional<LightMarch::Arrival> LightMarch::arrivalOf(const Vec3d& reflected_direction,
+                                                         const Vec3d& p) const {
+  const Vec3d toward = -reflected_direction;
+  const auto hit = occluder_.closest(p, toward, kFar);
+  if (!hit) return std::nullopt;
+  const ReflectedLight::Radiance radiance = reflected_.radiance(*hit, p, toward);
+  const double weight = 1.0 / static_cast<double>(gather_.size());
+  return Arrival{radiance.direct * weight, radiance.beam * weight, toward, hit->distance};
+}
+
+/// \param moments  moments(light, extinction, lean, spread) adds those of light that has come by this path
+template <typename Moments>
+void LightMarch::add(const Arrival& light, const LightPath& path, const Moments& moments,
+                     Gathered& sum) const {
+  const Vec3d axis = alongAxes(medium_.transform(), -light.toward);
+  double basis[kSecondOrder];
+  angularBasis(axis, basis);
+  for (int c = 0; c < channels_; ++c) {
+    const double sigma = optics_[c].true_sigma_t, sigma_beam = optics_[c].sigma_t_beam;
+    const double direct = light.power[c] * beamAverage(sigma * path.before, sigma * path.inside);
+    double scatters = direct;
+    sum.direct[c] += direct;
+    sum.direct_flux[c] += axis * direct;
+    if (rescaled_) {
+      scatters = light.power_beam[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
+      sum.beam[c] += scatters;
+      sum.beam_flux[c] += axis * scatters;
+    }
+    for (int k = kFirstOrder; k < kSecondOrder; ++k) sum.second[c][k - kFirstOrder] += scatters * basis[k];
+    if (shaped_) moments(scatters, sigma_beam, sum.lean[c], sum.spread[c]);
+  }
+}
+
+void LightMarch::addPart(const Arrival& light, const LightPath& path, const Part& part, Gathered& sum) const {
+  const Vec3d& size = medium_.transform().voxelSize();
+  const Vec3d axis = alongAxes(medium_.transform(), -light.toward);
+  add(
+      light, path,
+      [&](double scatters, double extinction, Vec3d& lean, Vec3d& spread) {
+        const double depth = extinction * part.rho * part.side;  // per unit of world length along an axis
+        for (int a = 0; a < 3; ++a) {
+          const double x = part.offset[a], inner = part.side * beamLean(depth * axis[a] * size[a]);
+          lean[a] += scatters * (x + inner);
+          spread[a] += scatters * (x * (x + 2 * inner) + (part.side * part.side - 1) / 12);
+        }
+      },
+      sum);
+}
+
+void LightMarch::addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const {
+  const Vec3d centre = voxel.asVec3d(), d = medium_.transform().directionToIndex(beam.direction);
+  const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
+  int off_axis = 0;
+  for (int a = 0; a < 3; ++a) off_axis += std::abs(d[a]) > 1e-9 * longest;
+  const bool one_of_many = beam.count >= kManyBeams;
+  const int rays = off_axis == 1 || one_of_many ? 1 : rays_;
+  const int first = one_of_many ? beam.index : 0;
+  for (int ray = 0; ray < rays; ++ray) {
+    const Vec3d p =
+        off_axis == 1 ? centre : centre + pointWithin(first + ray, one_of_many ? beam.count : rays);
+    auto light = arrivalOf(beam, medium_.transform().toWorld(p));
+    if (!light) continue;
+    light->power /= rays;
+    light->power_beam /= rays;
+    addPart(*light, lightPath(medium_.density, rho, p, centre, light->toward, kFar, enough_),
+            Part{Vec3d(0), 1, rho}, sum);
+  }
+}
+
+/// A lamp's light in a part of a voxel. Near the lamp the cube is cut into eight, as 1/r^2 and the shadow of
+/// the medium change too much across it.
+void LightMarch::addLamp(const PointSample& lamp, const Vec3d& voxel, const Part& part, Gathered& sum) const {
+  const Vec3d p = voxel + part.offset;
+  const double side = part.side;
+  const float rho = part.rho;
+  const Vec3d from = medium_.transform().toWorld(p), separation = lamp.position - from;
+  const double r = separation.length(), radius = side * ball_radius_;
+  const auto cut = [&] {
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d offset(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      addLamp(lamp, voxel, Part{part.offset + offset * (0.25 * side), 0.5 * side, rho}, sum);
+    }
+  };
+  if (side > kFinestCube && r < kNearLamp * radius) return cut();
+  LightPath path;
+  Vec3d toward(0);
+  if (r > 1e-6 * radius) toward = separation / r;
+  const double falloff = lamp.profile == PointSample::Profile::kIsotropic ? 1 : lamp.falloff(-toward);
+  if (falloff <= 0) return;
+  if (r > radius) {
+    if (!occluder_.empty() && occluder_.hidden(from, toward, r)) return;
+    const Vec3d d = medium_.transform().directionToIndex(toward);
+    const double half = side * exitOfVoxel(p, d, p);  // of the chord through the cube's centre
+    path.inside = rho * (std::min(half, r) + half);
+    path.before = columnDensity(medium_.density, p, d, half, r, enough_);
+    // A thick cube shades itself, and one chord through its middle is not the mean of all.
+    const double sigma_t = optics_[0].true_sigma_t, depth = sigma_t * rho * 2 * radius;
+    if (depth > kThickCube && side > kFinestThickCube && sigma_t * path.before < kGoneBefore) return cut();
+  } else {
+    path.inside = rho * radius;  // the lamp shines inside the cube: its light leaves from 0 to the rim
+  }
+  const Vec3d power =
+      lamp.intensity * (falloff * meanInverseSquare(r, radius) * kInverseSphere * (side * side * side));
+  addPart(Arrival{power, power, toward, r}, path, part, sum);
+}
+
+/// A lamp's light falls off as its rays spread, so that along a chord neither tells.
+template <typename Light>
+void LightMarch::addThroughFaces(const Light& light, int points, const Coord& voxel, float rho,
+                                 Gathered& sum) const {
+  const Transform& transform = medium_.transform();
+  const Vec3d centre = voxel.asVec3d();
+  const double area = 1.0 / (points * points), far = wayOf(light, transform.toWorld(centre)).length();
+  /// enters(p, d, weight): d per world length, weight the part of the face across it as seen from the light
+  const auto forEachEntry = [&](const auto& enters) {
+    forEachFacePoint(centre, points, [&](const Vec3d& p, int a, int side) {
+      const Vec3d way = wayOf(light, transform.toWorld(p));
+      const double r = way.length();
+      const Vec3d d = transform.directionToIndex(way / r);
+      if (d[a] * side < 0) enters(p, d, std::abs(d[a]) * area, far / r);
+    });
+  };
+  // Of all parts together: the volume, 1 but for there being few, and the moments of even light.
+  double volume = 0;
+  Vec3d mean(0), square(0);
+  forEachEntry([&](const Vec3d& p, const Vec3d& d, double across, double nearer) {
+    const double chord = exitOfVoxel(p, d, centre), part = across * chord * nearer * nearer;
+    const Vec3d x = p - centre, step = d * chord;
+    volume += part;
+    mean += part * (x + 0.5 * step);
+    square += part * (x * x + x * step + step * step / 3.0);
+  });
+  if (!(volume > 0)) return;
+  mean /= volume;
+  square /= volume;
+  Gathered gathered;
+  forEachEntry([&](const Vec3d& p, const Vec3d& d, double across, double) {
+    auto arrival = arrivalOf(light, transform.toWorld(p));
+    if (!arrival) return;
+    const Vec3d x = p - centre, step = d * exitOfVoxel(p, d, centre);
+    const double chord = exitOfVoxel(p, d, centre) / volume;
+    arrival->power *= across * chord;
+    arrival->power_beam *= across * chord;
+    LightPath path;
+    path.inside = rho * chord;
+    path.before = columnDensity(medium_.density, p, -d, 0, arrival->distance, enough_);
+    add(
+        *arrival, path,
+        [&](double scatters, double extinction, Vec3d& lean, Vec3d& spread) {
+          const DecayMoments decay = decayMoments(extinction * path.inside);
+          const double first = decay.m1 / decay.m0, second = decay.m2 / decay.m0;
+          lean += scatters * (x + first * step - mean);
+          spread += scatters * (x * x + (2 * first) * x * step + second * step * step - square);
+        },
+        gathered);
+  });
+  if (shaped_) placeBesideFaces(wayOf(light, transform.toWorld(centre)).unit(), voxel, rho, gathered);
+  sum += gathered;
+}
+
+/// Moments in the thickest voxels are those of beam_faces.h.
+void LightMarch::placeBesideFaces(const Vec3d& direction, const Coord& voxel, float rho,
+                                  Gathered& sum) const {
+  const Transform& transform = medium_.transform();
+  const double h = transform.meanVoxelSize();
+  const Vec3d s = alongAxes(transform, direction);
+  for (int c = 0; c < channels_; ++c) {
+    const BeamFaces faces(s, transform.voxelSize() / h, optics_[c].sigma_t_beam * h);
+    if (!faces.any(rho)) continue;
+    const double share = faces.share(rho), placed = share * (rescaled_ ? sum.beam[c] : sum.direct[c]);
+    Row before[3];
+    for (int a = 0; a < 3; ++a) {
+      Coord from = voxel;
+      from[a] += faces.fromAbove(a) ? 1 : -1;
+      before[a] = Row{} + medium_.density.values.at(medium_.topology(), from);
+    }
+    const BeamFaces::Moments moments = faces.moments(Row{} + rho, before);
+    for (int a = 0; a < 3; ++a) {
+      sum.lean[c][a] += placed * moments.lean[a][0] - share * sum.lean[c][a];
+      sum.spread[c][a] += placed * moments.spread[a][0] - share * sum.spread[c][a];
+    }
+  }
+}
+
+}  // namespace vdb_diffuse
