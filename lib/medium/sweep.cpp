@@ -159,7 +159,14 @@ class BlockFields {
 
 /// From first moments to slopes: a line of slope 1 has the variance of the places that rays meet in a voxel,
 /// weighted as their directions are. A direction's depends on the voxel's coordinate along its axis w alone.
-void slopesOfMoments(const Wavefront& wavefront, VectorField& lean) {
+///
+/// That is less than 1/12, the rays being few. But light that falls off within the voxel has its moment from
+/// beside the faces, which few rays meet as well as many: against the moments of a sky that rays fill evenly,
+/// slopes were 1.05, 1.23 and 1.34 times too steep in a ball of 0.5, 2 and 5 optical depths a voxel, and are
+/// within 3 % now, in another ball within 9. From six on a straight line is so poor a likeness that a steeper one serves better.
+void slopesOfMoments(const Wavefront& wavefront, const Field<float>& tau, VectorField& lean) {
+  constexpr double kFalls = 2, kPoor = 3, kTooPoor = 6;
+
   const Topology& topology = wavefront.topology();
   std::vector<Vec3d> variance[3];  // by axis w and coordinate, along the grid's axes
   for (int w = 0; w < 3; ++w) variance[w].resize(topology.highest()[w] - topology.lowest()[w] + 1, Vec3d(0));
@@ -175,7 +182,11 @@ void slopesOfMoments(const Wavefront& wavefront, VectorField& lean) {
       const int n = static_cast<int>(it.pos());
       const Coord place = topology.origin(b) + voxelLocal(n) - topology.lowest();
       const Vec3d sum = variance[0][place[0]] + variance[1][place[1]] + variance[2][place[2]];
-      for (int a = 0; a < 3; ++a) lean[a].block(b)[n] /= static_cast<float>(sum[a]);
+      const double depth = tau.block(b)[n],
+                   falls = depth * depth / (kFalls + depth * depth) *
+                           std::clamp((kTooPoor - depth) / (kTooPoor - kPoor), 0.0, 1.0);
+      for (int a = 0; a < 3; ++a)
+        lean[a].block(b)[n] /= static_cast<float>(sum[a] + (1. / 12 - sum[a]) * falls);
     }
   });
 }
@@ -207,7 +218,7 @@ SweepResult sweep(const Wavefront& wavefront, const SweepSource& source, size_t 
       result.escaped += std::accumulate(left[d].get(), left[d].get() + lattices[d].rays(), 0.0) *
                         lattices[d].weight * lattices[d].cross_section;
   }
-  if (want_slope && topology.blockCount() > 0) slopesOfMoments(wavefront, result.slope);
+  if (want_slope && topology.blockCount() > 0) slopesOfMoments(wavefront, source.tau, result.slope);
   return result;
 }
 

@@ -59,8 +59,8 @@ TEST(BeamSweep, AgreesWithMarchingFromEveryVoxel) {
       if (g > 0) {
         EXPECT_LT(relativeRms(medium.topology(), sweep.beam[0], march.beam[0]), 0.005);
       }
-      // Voxels of up to 3 optical depths: a few rays miss by a percent, and by less the more there are, down to
-      // what the march itself misses.
+      // Voxels of up to 3 optical depths: a few rays miss by a percent, and by less the more there are, down
+      // to what the march itself misses.
       const double few =
           relativeRms(medium.topology(), lit(medium, scene, 9, false).direct[0], march.direct[0]);
       const double more =
