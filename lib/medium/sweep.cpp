@@ -163,7 +163,8 @@ class BlockFields {
 /// That is less than 1/12, the rays being few. But light that falls off within the voxel has its moment from
 /// beside the faces, which few rays meet as well as many: against the moments of a sky that rays fill evenly,
 /// slopes were 1.05, 1.23 and 1.34 times too steep in a ball of 0.5, 2 and 5 optical depths a voxel, and are
-/// within 3 % now, in another ball within 9. From six on a straight line is so poor a likeness that a steeper one serves better.
+/// within 3 % now, in another ball within 9. From six on a straight line is so poor a likeness that a steeper
+/// one serves better.
 void slopesOfMoments(const Wavefront& wavefront, const Field<float>& tau, VectorField& lean) {
   constexpr double kFalls = 2, kPoor = 3, kTooPoor = 6;
 
