@@ -7,6 +7,7 @@
 
 #include <assimp/BaseImporter.h>
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
@@ -19,22 +20,29 @@
 #include "grid/error.h"
 #include "io/gltf_json.h"
 #include "io/json_file.h"
+#include "io/plain_gltf.h"
+#include "io/plain_obj.h"
 
 namespace vdb_diffuse {
 namespace {
 
-/// Lets assimp open regular files only, and not more than kLargestMeshFile bytes of them in all: what a file
-/// refers to (buffers, material libraries) is as untrusted as the file.
+/// Gives assimp a file made plain in the place of the one at its path, and else lets it open regular files
+/// only, the buffers of a glTF file, and not more than kLargestMeshFile bytes of them in all.
 class FencedFiles : public Assimp::DefaultIOSystem {
  public:
+  FencedFiles(std::string path, const std::string& plain)
+      : path_(std::move(path)), plain_(plain), opened_(std::min(plain.size(), size_t{kLargestMeshFile})) {}
+
   bool Exists(
       const char* path) const override {  // the usual one opens the file, and a pipe waits for a writer
     std::error_code error;
-    return std::filesystem::is_regular_file(path, error);
+    return path_ == path || std::filesystem::is_regular_file(path, error);
   }
   Assimp::IOStream* Open(const char* path, const char* mode) override {
     std::error_code error;
     if (std::strchr(mode, 'w') || !Exists(path)) return nullptr;
+    if (path_ == path)
+      return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(plain_.data()), plain_.size());
     const uintmax_t size = std::filesystem::file_size(path, error);
     if (error || size > kLargestMeshFile - opened_) return nullptr;
     opened_ += size;
@@ -42,21 +50,13 @@ class FencedFiles : public Assimp::DefaultIOSystem {
   }
 
  private:
-  uintmax_t opened_ = 0;
+  const std::string path_;
+  const std::string& plain_;
+  uintmax_t opened_;
 };
 
-/// The time that cutting a polygon into triangles takes grows with the square of its corners, or worse.
-constexpr unsigned kMostCorners = 1000;
-
-void checkPolygons(const aiScene& scene, const std::string& path) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m)
-    for (unsigned f = 0; f < scene.mMeshes[m]->mNumFaces; ++f)
-      if (const unsigned corners = scene.mMeshes[m]->mFaces[f].mNumIndices; corners > kMostCorners)
-        throw InputError(path + ": a face with " + std::to_string(corners) + " corners, more than the " +
-                         std::to_string(kMostCorners) + " that are accepted; cut it into triangles");
-}
-
-const aiScene* load(Assimp::Importer& importer, const std::string& path, const std::string& extension) {
+const aiScene* load(Assimp::Importer& importer, const std::string& path, const std::string& extension,
+                    const std::string& plain) {
   // Only the reader of this format stays: the others' signatures must not decide what a file is.
   const std::string wanted = extension == ".obj" ? "Wavefront Object Importer" : "glTF2 Importer";
   for (size_t i = importer.GetImporterCount(); i-- > 0;) {
@@ -66,14 +66,11 @@ const aiScene* load(Assimp::Importer& importer, const std::string& path, const s
     importer.UnregisterLoader(ours.get());
   }
   if (importer.GetImporterCount() != 1) throw std::logic_error("assimp lacks the " + wanted);
-  importer.SetIOHandler(new FencedFiles);  // owned by the importer
+  importer.SetIOHandler(new FencedFiles(path, plain));  // owned by the importer
   const aiScene* scene = nullptr;
   try {
     scene = importer.ReadFile(path, 0);
-    if (scene) {
-      checkPolygons(*scene, path);
-      if (scene->mNumMeshes > 0) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
-    }
+    if (scene && scene->mNumMeshes > 0) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   } catch (const InputError&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -173,15 +170,12 @@ ImportedMaterial materialOf(const aiMaterial& material) {
 ImportedFile importMeshes(const std::string& path, Up up) {
   const std::string extension = extensionOf(path);
   const bool gltf = extension == ".gltf" || extension == ".glb";
-  if (gltf)
-    readGltfJson(path);
-  else if (extension == ".obj")
-    regularFileSize(path, kLargestMeshFile);
-  else
+  if (!gltf && extension != ".obj")
     throw InputError(path + ": meshes are read from .obj, .gltf and .glb files");
 
+  const std::string plain = gltf ? plainGltf(readGltfJson(path), path) : plainObj(path);
   Assimp::Importer importer;
-  const aiScene* scene = load(importer, path, extension);
+  const aiScene* scene = load(importer, path, extension, plain);
   size_t triangles = 0, vertices = 0;
   forEachPlacedMesh(*scene, path, [&](unsigned m, const auto&, const aiNode&) {
     triangles += triangleCount(*scene->mMeshes[m]);

@@ -98,6 +98,19 @@ TEST_F(HostileFile, ObjOfGreatSizeIsReadOrRefusedInTime) {
   }
   writeText(path("star.obj"), "v 0 0 0\n" + star + "\n");
   EXPECT_EQ(fate("--occluder", "star.obj"), "accepted: ");
+  std::string materials = kPlate;
+  for (int n = 0; n < 100'000; ++n)
+    materials += "o " + std::to_string(n) + "\nusemtl " + std::to_string(n) + "\nv " +
+                 std::to_string(1e-4 * n) + " " + std::to_string(n % 3) + " -9\nf -1 -2 -3\n";
+  writeText(path("materials.obj"), materials);
+  EXPECT_EQ(fate("--occluder", "materials.obj"), "accepted: ");
+  // A comb of five hundred teeth, over and over.
+  std::string comb, teeth = "f";
+  for (int n = 0; n < 500; ++n)
+    comb += "v " + std::to_string(2 * n) + " 0 0\nv " + std::to_string(2 * n + 1) + " 900 0\n";
+  for (int n = 1; n <= 1000; ++n) teeth += " " + std::to_string(n);
+  expectRefused("--occluder", "combs.obj", comb + repeated(teeth + "\n", 3000),
+                "too many faces of many corners");
   expectRefused("--occluder", "line.obj", std::string(20'000'000, 'v'), "");
   expectRefused("--occluder", "binary.obj", std::string(1'000'000, '\0'), "");
 }
@@ -190,6 +203,78 @@ TEST_F(HostileFile, GltfBuffersElsewhere) {
     EXPECT_TRUE(what.rfind("refused: ", 0) == 0 || what.rfind("accepted", 0) == 0)
         << elsewhere << ": " << what;
   }
+}
+
+// What is not read of a glTF file cannot do harm, whether it is sound or not.
+TEST_F(HostileFile, GltfPartsThatAreNotRead) {
+  TriangleGltf skin, camera, picture, media, transform, animation, morph, weights, name, plain;
+  skin.nodes = R"([{"mesh": 0, "skin": 0}])";  // without inverseBindMatrices, which is sound
+  skin.extra = R"(, "skins": [{"joints": [0]}])";
+  weights.nodes = skin.nodes;
+  weights.extra = R"(, "skins": [{"joints": [0], "inverseBindMatrices": 0}])";
+  camera.nodes = R"([{"mesh": 0, "camera": 0}])";
+  camera.extra = R"(, "cameras": [{"type": "perspective"}])";
+  for (TriangleGltf* gltf : {&picture, &transform}) gltf->material = R"(, "material": 0)";
+  picture.materials = R"([{"normalTexture": {"index": 0}}])";
+  picture.extra = R"(, "textures": [{"source": 0}], "images": [{"uri": "data:image;base64,AAAA"}])";
+  transform.materials = R"([{"normalTexture": {"extensions": {"KHR_texture_transform": {"offset": []}}}}])";
+  transform.extra = R"(, "extensionsUsed": ["KHR_texture_transform"])";
+  animation.extra =
+      R"(, "animations": [{"samplers": [], "channels": [{"sampler": 7, "target": {"node": 0}}]}])";
+  morph.material = R"(, "targets": [{"POSITION": 1}])";
+  for (const TriangleGltf& gltf : {skin, weights, camera, picture, transform, animation, morph}) {
+    writeText(path("part.gltf"), gltf.json());
+    EXPECT_EQ(fate("--scene", "part.gltf"), "accepted: ") << gltf.json();
+  }
+  const std::string sound = plain.json();
+  for (const auto& [from, to] :
+       {std::pair("\"attributes\": {", R"("attributes": {"JOINTS_0": 1, "WEIGHTS_0": 0, "COLOR_0": 1, )"),
+        {"\"attributes\": {",
+         R"("extensions": {"KHR_draco_mesh_compression": {"bufferView": 0}}, "attributes": {)"},
+        {"data:application/octet-stream;",
+         "data:application/"
+         "vnd.a-type-of-media-of-more-than-127-characters-which-is-where-the-sign-of-a-character"
+         "-changes-from-plus-to-minus-in-one-reader;"}}) {
+    writeText(path("part.gltf"), exchanged(sound, from, to));
+    EXPECT_EQ(fate("--scene", "part.gltf"), "accepted: ") << to;
+  }
+  const std::string primitive = R"({"attributes": {"POSITION": 0}, "indices": 1})";
+  writeText(path("part.gltf"), exchanged(sound, "{\"primitives\": [" + primitive,
+                                         "{\"name\": \"" + std::string(1023, 'n') + "\", \"primitives\": [" +
+                                             primitive + "," + primitive));
+  EXPECT_EQ(fate("--scene", "part.gltf"), "accepted: ") << "a long name";
+}
+
+TEST_F(HostileFile, GltfStripsAndLoopsOfTooFewCorners) {
+  TriangleGltf gltf;
+  for (uint16_t& index : gltf.indices) index = 9;  // no such vertex
+  for (const int mode : {2, 3}) {
+    gltf.material = ", \"mode\": " + std::to_string(mode);
+    writeText(path("line.gltf"), gltf.json());
+    EXPECT_EQ(fate("--scene", "line.gltf"), "accepted: ") << "lines are not read, mode " << mode;
+  }
+  gltf.indices[0] = 0;
+  for (const int mode : {5, 6})
+    for (const char* count : {"0", "1"}) {
+      gltf.material = ", \"mode\": " + std::to_string(mode);
+      writeText(path("strip.gltf"), exchanged(gltf.json(), "\"count\": 3, \"type\": \"SCALAR\"",
+                                              std::string("\"count\": ") + count + ", \"type\": \"SCALAR\""));
+      EXPECT_EQ(fate("--scene", "strip.gltf"), "accepted: ") << "no triangle, mode " << mode;
+    }
+}
+
+// A thousand primitives that share the same million indices.
+TEST_F(HostileFile, GltfThatNamesOneBufferOften) {
+  const std::string primitive = R"({"attributes": {"POSITION": 0}, "indices": 1})";
+  std::string text = TriangleGltf().json();
+  for (const auto& [from, to] :
+       {std::pair(primitive, primitive + repeated("," + primitive, 1000)),
+        {dataUri(TriangleGltf().buffer()), dataUri(TriangleGltf().buffer() + std::string(1'000'000, '\0'))},
+        {R"("byteLength": 44)", R"("byteLength": 1000044)"},
+        {R"("byteLength": 6)", R"("byteLength": 1000000)"},
+        {R"("componentType": 5123, "count": 3)", R"("componentType": 5121, "count": 1000000)"}})
+    text = exchanged(text, from, to);
+  expectRefused("--scene", "many.gltf", text, "more than 50000000 triangles");
 }
 
 TEST_F(HostileFile, ExrThatPromisesMoreThanItHolds) {

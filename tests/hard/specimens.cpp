@@ -58,7 +58,7 @@ std::vector<std::string> soundObjs() {
 
 /// Triangle files with a transform, a light, materials.
 std::vector<TriangleGltf> soundGltfs() {
-  TriangleGltf plain, placed, lit;
+  TriangleGltf plain, placed, lit, strip;
   placed.nodes = R"([{"children": [1, 2], "scale": [2, 2, 2], "translation": [-3, 0, -6]},
                     {"mesh": 0, "translation": [0, 1, 0], "rotation": [0, 0.6, 0, 0.8]},
                     {"mesh": 0, "matrix": [-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}])";
@@ -72,7 +72,8 @@ std::vector<TriangleGltf> soundGltfs() {
   lit.extra = R"(, "extensionsUsed": ["KHR_lights_punctual"], "extensions": {"KHR_lights_punctual": {"lights":
                [{"type": "spot", "intensity": 7000, "color": [1, 1, 0.5],
                  "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.7}}]}})";
-  return {plain, placed, lit};
+  strip.material = R"(, "mode": 5)";
+  return {plain, placed, lit, strip};
 }
 
 /// A picture of 24 x 16 floats, or halves, packed as told; in tiles of 8 x 8 if wanted.
