@@ -37,8 +37,10 @@ fuzz() {
   mkdir -p "$folder/$1" "$folder/$1.found" "$folder/$1.tmp"
   words=$folder/seeds/$1.dict
   [ "$1" != glb ] || words=$folder/seeds/gltf.dict
-  TMPDIR=$folder/$1.tmp nice -n 19 "$root/build_fuzz/tests/hard/fuzz_$1" -fork=1 -ignore_crashes=1 \
-    -ignore_timeouts=1 -ignore_ooms=1 -rss_limit_mb=2048 -timeout=25 -max_total_time="$seconds" -dict="$words" \
+  dictionary=
+  [ ! -s "$words" ] || dictionary=-dict=$words
+  TMPDIR=$folder/$1.tmp nice -n 19 "$root/build_fuzz/tests/hard/fuzz_$1" -max_total_time="$seconds" $dictionary \
+    -fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1 -rss_limit_mb=2048 -timeout=25 -report_slow_units=25 \
     -artifact_prefix="$folder/$1.found/" "$folder/$1" "$folder/seeds/$1" > "$folder/$1.log" 2>&1 || true
   rm -r "$folder/$1.tmp"
 }
