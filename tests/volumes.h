@@ -109,6 +109,14 @@ inline void setEmission(Medium& medium, const std::function<double(Coord)>& Q) {
                [&](Coord p, size_t i) { medium.emission[0][i] = static_cast<float>(Q(p)); });
 }
 
+/// An albedo field a(i,j,k) on a medium's voxels, of one channel or, told apart by their number, three.
+inline void setAlbedo(Medium& medium, const std::function<double(Coord, int)>& a, int channels = 1) {
+  medium.albedo.assign(channels, Field<float>(medium.topology()));
+  for (int c = 0; c < channels; ++c)
+    forEachVoxel(medium.topology(),
+                 [&](Coord p, size_t i) { medium.albedo[c][i] = static_cast<float>(a(p, c)); });
+}
+
 inline Scene sunScene(const Vec3d& direction, const Vec3d& irradiance = Vec3d(1)) {
   Scene scene;
   scene.lights.push_back({"sun", SunLight{direction.unit(), irradiance, 0}});

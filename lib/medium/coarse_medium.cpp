@@ -71,16 +71,25 @@ Medium coarsened(const Medium& medium) {
       Transform(t.axis(0) * 2.0, t.axis(1) * 2.0, t.axis(2) * 2.0, t.toWorld(Vec3d(0.5)));
   coarse.density.values =
       meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) { return rho.block(b)[n]; });
-  for (const Field<float>& channel : medium.emission) {
-    Field<float> Q = meanOverChildren(fine, families, coarse.topology(), [&](size_t b, int n) {
-      return static_cast<double>(rho.block(b)[n]) * channel.block(b)[n];
-    });
-    for (size_t i = 0; i < Q.size(); ++i) {
-      const float density = coarse.density.values[i];
-      Q[i] = density > 0 ? Q[i] / density : 0;
-    }
-    coarse.emission.push_back(std::move(Q));
+  const auto weightedMean = [&](const Field<float>& values, const auto& weight) {
+    const auto term = [&](size_t b, int n) { return static_cast<double>(weight(b, n)); };
+    const Field<float> weights = meanOverChildren(fine, families, coarse.topology(), term);
+    Field<float> mean = meanOverChildren(fine, families, coarse.topology(),
+                                         [&](size_t b, int n) { return term(b, n) * values.block(b)[n]; });
+    for (size_t i = 0; i < mean.size(); ++i) mean[i] = weights[i] > 0 ? mean[i] / weights[i] : 0;
+    return mean;
+  };
+  const auto density = [&](size_t b, int n) { return rho.block(b)[n]; };
+  for (const Field<float>& channel : medium.albedo) coarse.albedo.push_back(weightedMean(channel, density));
+  if (medium.albedo.empty()) {
+    for (const Field<float>& channel : medium.emission)
+      coarse.emission.push_back(weightedMean(channel, density));
+    return coarse;
   }
+  for (int c = 0; c < (medium.grey() ? 1 : 3) && !medium.emission.empty(); ++c)
+    coarse.emission.push_back(weightedMean(medium.emissionIn(c), [&](size_t b, int n) {
+      return medium.absorptionIn(c, b * kBlockVoxels + n) * rho.block(b)[n];
+    }));
   return coarse;
 }
 

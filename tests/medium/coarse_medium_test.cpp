@@ -35,6 +35,35 @@ TEST(CoarseMedium, MassItsCentreAndPowerStay) {
   EXPECT_NEAR(power(coarse), power(fine), 1e-6 * power(fine));
 }
 
+// As much scatters and absorbs as before, and as much glows, in every colour.
+TEST(CoarseMedium, WhatScattersAndWhatGlowsStay) {
+  for (const int channels : {1, 3}) {
+    Medium fine = raggedMedium();
+    fine.optics.sigma_s = Vec3d(1, 0.5, 2);
+    fine.optics.sigma_a = Vec3d(0.1, 0, 0.2);
+    setAlbedo(
+        fine, [](Coord p, int c) { return hashed(p) < 0.3 ? 1 : hashed(p, 1 + c); }, channels);
+    const Medium coarse = coarsened(fine);
+    ASSERT_EQ(coarse.albedo.size(), static_cast<size_t>(channels));
+    for (int c = 0; c < 3; ++c) {
+      const auto scatters = [&](const Medium& m) {
+        return sumOver(m, [&](Coord, size_t i) { return m.density.values[i] * (*m.albedoIn(c))[i]; });
+      };
+      const auto absorbs = [&](const Medium& m) {
+        return sumOver(m, [&](Coord, size_t i) { return m.density.values[i] * m.absorptionIn(c, i); });
+      };
+      const auto glows = [&](const Medium& m) {
+        return sumOver(m, [&](Coord, size_t i) {
+          return m.density.values[i] * m.absorptionIn(c, i) * m.emissionIn(c)[i];
+        });
+      };
+      EXPECT_NEAR(scatters(coarse), scatters(fine), 1e-6 * scatters(fine)) << c;
+      EXPECT_NEAR(absorbs(coarse), absorbs(fine), 1e-6 * absorbs(fine)) << c;
+      EXPECT_NEAR(glows(coarse), glows(fine), 1e-6 * glows(fine)) << c;
+    }
+  }
+}
+
 TEST(CoarseMedium, AVoxelIsTheCubeOfItsChildren) {
   const Medium fine = raggedMedium(), coarse = coarsened(fine);
   forEachVoxel(coarse.topology(), [&](Coord p, size_t i) {
