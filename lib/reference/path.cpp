@@ -35,6 +35,7 @@ class Follower : public PathFollower {
         walk_(walk),
         frame_(scenery.medium.transform()),
         optics_(scenery.medium.optics),
+        albedo_varies_(!scenery.medium.albedo.empty()),
         h_(frame_.h()),
         walker_power_(walker_power),
         goes_on_(std::move(goes_on)),
@@ -85,6 +86,7 @@ class Follower : public PathFollower {
   const VoxelWalk& walk_;
   const GridFrame frame_;
   const Optics& optics_;
+  bool albedo_varies_;
   double h_;
   double walker_power_;
   std::function<bool()> goes_on_;
@@ -225,12 +227,23 @@ class Follower : public PathFollower {
         for (int c = 0; c < C; ++c) walker.c[c] *= static_cast<float>(collided[c] * albedo_[c]);
       }
       walker.scale(static_cast<float>(1 / expected));
-      tally_.energy.scattered_in += walker.bright();
       const Vec3f s = frame_.toGrid(direction);
+      const Place place = placeOnRay(origin, s, x);
+      takeWhatIsAbsorbedAt(place, walker);
       RandomStream own(random.bits());
+      if (albedo_varies_ && !(walker.largest() > 0)) continue;
+      tally_.energy.scattered_in += walker.bright();
       const Vec3f deflected_s = deflect(s, own);
-      send({placeOnRay(origin, s, x), deflected_s, walker, own});
+      send({place, deflected_s, walker, own});
     }
+  }
+
+  /// What a collision leaves is less by the factor of the albedo field there.
+  void takeWhatIsAbsorbedAt(const Place& place, Power<C>& w) const {
+    if (!albedo_varies_) return;
+    const size_t i = static_cast<size_t>(place.block) * kBlockVoxels +
+                     voxelOffset(place.voxel[0], place.voxel[1], place.voxel[2]);
+    for (int c = 0; c < C; ++c) w.c[c] *= (*scenery_.medium.albedoIn(c))[i];
   }
 
   /// Where the ray whose stretches are noted has a column x behind it.
@@ -283,6 +296,7 @@ class Follower : public PathFollower {
         collided = fly(place, s, d, static_cast<float>(limit - start), w, random);
       if (collided) {
         inside = true;
+        takeWhatIsAbsorbedAt(place, w);
         const bool goes_on = roulette(w, reference, random);
         energy.absorbed += before.bright() - w.bright();
         if (!goes_on) return;

@@ -68,27 +68,32 @@ class LampOntoSurfaces : public Source {
   const Scenery& scenery_;
 };
 
-/// Voxels that glow, drawn by their power 4 pi sigma_a rho Q V, Q being the mean of its colours.
+/// Voxels that glow, drawn by their power 4 pi sigma_a rho Q V, Q being the mean of its colours; where
+/// sigma_a is not the same everywhere it belongs to Q.
 class Glow : public Source {
  public:
   explicit Glow(const Medium& medium) {
     const double volume = medium.transform().voxelVolume();
-    power_ = medium.optics.sigma_a * (4 * M_PI * volume * medium.optics.emission_scale);
+    const bool varies = !medium.albedo.empty();
+    power_ = (varies ? Vec3d(1) : medium.optics.sigma_a) * (4 * M_PI * volume * medium.optics.emission_scale);
     if (medium.emission.empty() || power_.isZero()) return;
-    const size_t colours = medium.emission.size();
+    const size_t colours = varies ? 3 : medium.emission.size();
+    const auto radiance = [&](size_t c, size_t i) {
+      const double Q = medium.emissionIn(static_cast<int>(c))[i];
+      return varies ? Q * medium.absorptionIn(static_cast<int>(c), i) : Q;
+    };
     const Topology& topology = medium.topology();
     for (size_t b = 0; b < topology.blockCount(); ++b)
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const size_t i = b * kBlockVoxels + it.pos();
         double Q = 0;
-        for (const Field<float>& channel : medium.emission) Q += channel[i];
+        for (size_t c = 0; c < colours; ++c) Q += radiance(c, i);
         const double glow = static_cast<double>(medium.density.values[i]) * (Q / colours);
         if (!(glow > 0)) continue;
         total_ += glow;
         voxels_.push_back(i);
         if (colours > 1)
-          tints_.push_back(Vec3d(medium.emission[0][i], medium.emission[1][i], medium.emission[2][i]) *
-                           (colours / Q));
+          tints_.push_back(Vec3d(radiance(0, i), radiance(1, i), radiance(2, i)) * (colours / Q));
         cumulative_.push_back(total_);
       }
   }
