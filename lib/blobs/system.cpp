@@ -58,12 +58,31 @@ CellSums sumsOf(const Equation& e, const Medium& medium, const Cells& cells) {
     }
   });
   sums.sink = sumOverCells(cells, topology, [&](size_t b, int n) { return A.sink.block(b)[n]; });
-  const double tau_a = e.optics.sigma_a * e.h;
   sums.absorbed = sumOverCells(cells, topology, [&](size_t b, int n) {
     const float rho = medium.density.values.block(b)[n];
-    return tau_a * rho / e.profile(rho).a;
+    const ChannelOptics there = e.optics.at(b, n);
+    return there.sigma_a * e.h * rho / e.profile(there, rho).a;
   });
   return sums;
+}
+
+/// What the albedo field takes of the scattering about each blob, 0..1; empty without one.
+std::vector<double> lostAbout(const ByBlob& by, const CellBasis& basis, const Equation& e,
+                              const Medium& medium, const Cells& cells) {
+  if (!e.optics.albedo_field) return {};
+  const std::vector<double> lost = sumOverCells(cells, medium.topology(), [&](size_t b, int n) {
+    return (1 - double{e.optics.albedo_field->block(b)[n]}) * medium.density.values.block(b)[n];
+  });
+  std::vector<double> about(by.first.size() - 1, 0.0);
+  for (size_t j = 0; j < about.size(); ++j) {
+    double mass = 0;
+    for (size_t k = by.first[j]; k < by.first[j + 1]; ++k) {
+      about[j] += basis.value[by.entry[k]] * lost[by.cell[k]];
+      mass += double{basis.value[by.entry[k]]} * cells.mass[by.cell[k]];
+    }
+    if (mass > 0) about[j] /= mass;
+  }
+  return about;
 }
 
 /// A row that is filled in any order and read out in the order of its columns.
@@ -101,6 +120,7 @@ BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, co
                           const Progress& progress) {
   const CellSums sums = sumsOf(equation, medium, cells);
   const ByBlob by = byBlob(basis, blobs.size());
+  const std::vector<double> lost = lostAbout(by, basis, equation, medium, cells);
   const size_t n = blobs.size();
   BlobSystem system;
   system.volume.assign(n, 0);
@@ -123,11 +143,20 @@ BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, co
       leak += (sums.sink[by.cell[k]] - sums.absorbed[by.cell[k]]) * basis.value[by.entry[k]];
     leak /= system.volume[j];
     const BasisAt at = basisAt(blobs, blobs[j].centre);
-    const double depth = equation.optics.sigma_tr * equation.h * at.density;
+    double lost_here = 0;
+    Vec3d lost_gradient(0);
+    for (size_t k = 0; k < at.blob.size() && !lost.empty(); ++k) {
+      lost_here += lost[at.blob[k]] * at.value[k];
+      lost_gradient += lost[at.blob[k]] * at.gradient[k];
+    }
+    const ChannelOptics there = lost.empty() ? equation.optics : equation.optics.where(1 - lost_here);
+    const double depth = there.sigma_tr * equation.h * at.density;
     const bool bounded = depth < equation.least_depth;
     const double D = 0.5 / (equation.resistance_per_depth * std::max(depth, equation.least_depth));
-    const Vec3d dD = bounded ? Vec3d(0) : at.density_gradient * (-D / at.density);
-    const double sink = equation.optics.sigma_a * equation.h * at.density + leak;
+    Vec3d dD = bounded ? Vec3d(0) : at.density_gradient * (-D / at.density);
+    if (!lost.empty() && !bounded)  // sigma_tr grows by g sigma_s of what is lost
+      dD -= lost_gradient * (D * there.true_g * equation.optics.true_sigma_s / there.sigma_tr);
+    const double sink = there.sigma_a * equation.h * at.density + leak;
     for (size_t k = 0; k < at.blob.size(); ++k)
       row.add(at.blob[k], sink * at.value[k] - D * at.laplacian[k] - dD.dot(at.gradient[k]));
   };

@@ -18,9 +18,10 @@ enum class BlobForm { kGalerkin, kCollocation };
 // faces. It is symmetric and positive. As the psi add up to one, its rows add up to the energy balance.
 //
 // Collocation has   A_ji = -D lap psi_i - grad D . grad psi_i + (sigma_a rho + leak_j) psi_i   at x_j, with
-// rho the sum of the blobs. The paper says that blobs satisfy the boundary condition naturally. But a
-// constant light satisfies all of its equations where nothing is absorbed: the boundary has to come in, and
-// does as leak_j, the mean over psi_j of what leaves per volume. See Blobs.CollocationAsPrintedIsSingular.
+// rho the sum of the blobs. An albedo field comes in as its mean about each blob, sum a_i psi_i at x_j. The
+// paper says that blobs satisfy the boundary condition naturally. But a constant light satisfies all of its
+// equations where nothing is absorbed: the boundary has to come in, and does as leak_j, the mean over psi_j
+// of what leaves per volume. See Blobs.CollocationAsPrintedIsSingular.
 struct BlobSystem {
   std::vector<size_t> first;  ///< by row its first entry; one more at the end
   std::vector<int32_t> column;

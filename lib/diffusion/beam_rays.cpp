@@ -173,10 +173,14 @@ double meanTransmittance(double tau) {
 
 }  // namespace
 
-BeamRays::BeamRays(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
+BeamRays::BeamRays(const BeamMedium& medium, int channels, const Occluder& occluder,
                    const ReflectedLight& reflected)
-    : medium_(medium), optics_(optics), occluder_(occluder), reflected_(reflected) {
-  const Topology& topology = medium.topology();
+    : beams_(medium),
+      medium_(medium.medium()),
+      channels_(channels),
+      occluder_(occluder),
+      reflected_(reflected) {
+  const Topology& topology = medium_.topology();
   if (topology.blockCount() == 0) return;
   const auto [lowest, highest] = topology.activeBox();
   middle_index_ = 0.5 * (lowest.asVec3d() + highest.asVec3d());
@@ -184,8 +188,8 @@ BeamRays::BeamRays(const Medium& medium, const std::vector<ChannelOptics>& optic
   const Coord &a = topology.lowest(), &b = topology.highest();
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3d p =
-        medium.transform().toWorld(Vec3d(corner & 1 ? b[0] + 1 : a[0] - 1, corner & 2 ? b[1] + 1 : a[1] - 1,
-                                         corner & 4 ? b[2] + 1 : a[2] - 1));
+        medium_.transform().toWorld(Vec3d(corner & 1 ? b[0] + 1 : a[0] - 1, corner & 2 ? b[1] + 1 : a[1] - 1,
+                                          corner & 4 ? b[2] + 1 : a[2] - 1));
     low = openvdb::math::minComponent(low, p);
     high = openvdb::math::maxComponent(high, p);
   }
@@ -197,7 +201,7 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
   const Topology& topology = medium_.topology();
   const Transform& transform = medium_.transform();
   const Lattice lattice = latticeOf(beam, transform, middle_index_);
-  const int channels = static_cast<int>(optics_.size());
+  const int channels = channels_;
   const bool rescaled = !sum.beam.empty();
   const LayerMoments layers(lattice, topology.lowest()[lattice.w], topology.highest()[lattice.w]);
   const double share = 1.0 / (lattice.rays() * lattice.rays());
@@ -210,7 +214,7 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
   std::vector<Field<float>> beside;  // what scatters beside them
   for (size_t c = 0; c < sum.shape.size(); ++c) {
     faces.emplace_back(along_axes, transform.voxelSize() / transform.meanVoxelSize(),
-                       optics_[c].sigma_t_beam * transform.meanVoxelSize());
+                       beams_.optics(static_cast<int>(c)).sigma_t_beam * transform.meanVoxelSize());
     beside.emplace_back(topology);
   }
 
@@ -285,20 +289,21 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
       const double extent = t1 - t0,
                    column = medium_.density.values.block(block)[voxel] * extent * lattice.length;
       for (int c = 0; c < channels; ++c) {
-        const double tau = optics_[c].true_sigma_t * column, mean = meanTransmittance(tau);
+        const double tau = beams_.optics(c).true_sigma_t * column, mean = meanTransmittance(tau);
         const double direct = light.direct[c] * mean * extent;
         light.direct[c] *= 1 - tau * mean;
         sum.direct[c].block(block)[voxel] += static_cast<float>(direct);
         double scatters = direct, tau_scatters = tau;
         if (rescaled) {
-          tau_scatters = optics_[c].sigma_t_beam * column;
+          const float rho = beams_.beamDensity(c).values.block(block)[voxel];
+          tau_scatters = beams_.optics(c).sigma_t_beam * (rho * extent * lattice.length);
           const double mean_beam = meanTransmittance(tau_scatters);
           scatters = light.beam[c] * mean_beam * extent;
           light.beam[c] *= 1 - tau_scatters * mean_beam;
           sum.beam[c].block(block)[voxel] += static_cast<float>(scatters);
         }
         if (!sum.shape.empty()) {
-          const double placed = scatters * faces[c].share(medium_.density.values.block(block)[voxel]);
+          const double placed = scatters * faces[c].share(beams_.beamDensity(c).values.block(block)[voxel]);
           beside[c].block(block)[voxel] += static_cast<float>(placed);
           addShape(sum.shape[c], block, voxel, t0, extent, scatters - placed, decayMoments(tau_scatters));
         }
@@ -353,7 +358,7 @@ void BeamRays::add(const Beam& beam, FirstScatter& sum) const {
   for (size_t c = 0; c < sum.shape.size(); ++c)
     forEachBlock(topology.blockCount(), [&](size_t b) {
       Halo<float> rho;
-      loadHalo(topology, medium_.density.values, b, 0.0f, rho);
+      loadHalo(topology, beams_.beamDensity(static_cast<int>(c)).values, b, 0.0f, rho);
       BlockMoments moments{beside[c].block(b), {}, {}};
       for (int a = 0; a < 3; ++a) {
         moments.lean[a] = sum.shape[c].lean[a].block(b);

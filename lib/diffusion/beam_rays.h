@@ -35,16 +35,16 @@ inline std::array<double, 2> placeOfRay(const Beam& beam, int i, int j) {
 /// meet in a voxel and the order of sums is fixed.
 class BeamRays {
  public:
-  /// \param optics  of each channel; all references must outlive the object
-  BeamRays(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
-           const ReflectedLight& reflected);
+  /// All references must outlive the object. \param channels  1 or 3
+  BeamRays(const BeamMedium& medium, int channels, const Occluder& occluder, const ReflectedLight& reflected);
 
   void add(const Beam& beam, FirstScatter& sum) const;
   bool surfacesInside() const { return surfaces_inside_; }
 
  private:
+  const BeamMedium& beams_;
   const Medium& medium_;
-  const std::vector<ChannelOptics>& optics_;
+  const int channels_;
   const Occluder& occluder_;
   const ReflectedLight& reflected_;
   Vec3d middle_index_;            // of the active voxels

@@ -19,23 +19,28 @@ namespace {
 
 /// Channels whose light is weakened alike, in the medium as it is or in the rescaled one.
 struct Lane {
-  double extinction;  // optical depth of a voxel of mean size per density
+  double extinction;            // optical depth of a voxel of mean size per density
+  const Field<float>* density;  // that it is of
   bool rescaled;
   std::vector<int> channels;
 };
 
-std::vector<Lane> lanesOf(const std::vector<ChannelOptics>& optics, double h, bool rescaled, bool shared) {
+std::vector<Lane> lanesOf(const BeamMedium& medium, int channels, bool rescaled, bool shared) {
+  const double h = medium.medium().transform().meanVoxelSize();
   std::vector<Lane> lanes;
   for (int kind = 0; kind <= (rescaled ? 1 : 0); ++kind)
-    for (size_t c = 0; c < optics.size(); ++c) {
-      const double extinction = h * (kind == 1 ? optics[c].sigma_t_beam : optics[c].true_sigma_t);
+    for (int c = 0; c < channels; ++c) {
+      const ChannelOptics& optics = medium.optics(c);
+      const double extinction = h * (kind == 1 ? optics.sigma_t_beam : optics.true_sigma_t);
+      const Volume& density = kind == 1 ? medium.beamDensity(c) : medium.medium().density;
       const auto same = std::find_if(lanes.begin(), lanes.end(), [&](const Lane& lane) {
-        return shared && lane.extinction == extinction && lane.rescaled == (kind == 1);
+        return shared && lane.extinction == extinction && lane.density == &density.values &&
+               lane.rescaled == (kind == 1);
       });
       if (same != lanes.end())
-        same->channels.push_back(static_cast<int>(c));
+        same->channels.push_back(c);
       else
-        lanes.push_back({extinction, kind == 1, {static_cast<int>(c)}});
+        lanes.push_back({extinction, &density.values, kind == 1, {c}});
     }
   return lanes;
 }
@@ -93,15 +98,15 @@ class TouchedTiles {
 /// Beams that all come from afar, or all from surfaces.
 class Passage {
  public:
-  Passage(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
-          const ReflectedLight& reflected, const std::vector<Beam>& beams, bool rescaled)
-      : medium_(medium),
+  Passage(const BeamMedium& medium, int channels, const Occluder& occluder, const ReflectedLight& reflected,
+          const std::vector<Beam>& beams, bool rescaled)
+      : medium_(medium.medium()),
         occluder_(occluder),
         reflected_(reflected),
         beams_(beams),
         from_surfaces_(beams.front().from_surfaces),
-        lanes_(lanesOf(optics, medium.transform().meanVoxelSize(), rescaled, !from_surfaces_)),
-        wavefront_(medium.density.topology, stretch(), bundles()) {
+        lanes_(lanesOf(medium, channels, rescaled, !from_surfaces_)),
+        wavefront_(medium_.density.topology, stretch(), bundles()) {
     lattices_of_.resize(beams.size());
     for (int octant = 0; octant < Wavefront::kOctants; ++octant)
       for (const RayLattice& lattice : wavefront_.lattices(octant))
@@ -237,14 +242,14 @@ class Passage {
   void passBlock(int octant, const Lane& lane, size_t b, Wavefront::Rays& rays, FirstScatter& sum) const {
     const Topology& topology = medium_.topology();
     const std::vector<RayLattice>& lattices = wavefront_.lattices(octant);
-    const float* rho = medium_.density.values.block(b);
+    const float* rho = lane.density->block(b);
     alignas(64) float turned_rho[kBlockVoxels];
     turnBlock(rho, turned_rho);
     const RowBits active(topology.active(b));
     BeamMarks marks;
     Halo<float> halo;
     const float densest = takesShape(lane, sum) ? *std::max_element(rho, rho + kBlockVoxels) : 0;
-    if (takesShape(lane, sum)) loadHalo(topology, medium_.density.values, b, 0.0f, halo);
+    if (takesShape(lane, sum)) loadHalo(topology, *lane.density, b, 0.0f, halo);
     for (size_t d = 0; d < lattices.size();) {
       const size_t n = beam_of_[lattices[d].number];
       const bool turned = lattices[d].w == 2, shaped = takesShape(lane, sum);
@@ -317,16 +322,17 @@ class Passage {
 
 }  // namespace
 
-BeamSweep::BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
+BeamSweep::BeamSweep(const BeamMedium& medium, int channels, const Occluder& occluder,
                      const ReflectedLight& reflected)
     : medium_(medium),
-      optics_(optics),
+      channels_(channels),
       occluder_(occluder),
       reflected_(reflected),
-      by_rays_(medium, optics, occluder, reflected) {}
+      by_rays_(medium, channels, occluder, reflected) {}
 
 void BeamSweep::add(const std::vector<Beam>& beams, FirstScatter& sum, const Progress& progress) const {
-  if (beams.empty() || medium_.topology().blockCount() == 0) return;
+  const Topology& topology = medium_.medium().topology();
+  if (beams.empty() || topology.blockCount() == 0) return;
   size_t done = 0;
   const auto part = [&](size_t n) { return static_cast<double>(n) / static_cast<double>(beams.size()); };
   for (const bool from_surfaces : {false, true}) {
@@ -338,8 +344,8 @@ void BeamSweep::add(const std::vector<Beam>& beams, FirstScatter& sum, const Pro
         lattices += static_cast<size_t>(beam.rays) * beam.rays;
       }
     if (some.empty()) continue;
-    if (!by_rays_.surfacesInside() && !Wavefront::tooWide(medium_.topology(), lattices)) {
-      Passage(medium_, optics_, occluder_, reflected_, some, !sum.beam.empty())
+    if (!by_rays_.surfacesInside() && !Wavefront::tooWide(topology, lattices)) {
+      Passage(medium_, channels_, occluder_, reflected_, some, !sum.beam.empty())
           .run(sum, progress, part(done), part(done + some.size()));
       done += some.size();
       continue;

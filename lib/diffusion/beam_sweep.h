@@ -16,15 +16,15 @@ namespace vdb_diffuse {
 /// ray is followed by itself (beam_rays.h).
 class BeamSweep {
  public:
-  /// \param optics  of each channel; all references must outlive the object
-  BeamSweep(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
+  /// All references must outlive the object. \param channels  1 or 3
+  BeamSweep(const BeamMedium& medium, int channels, const Occluder& occluder,
             const ReflectedLight& reflected);
 
   void add(const std::vector<Beam>& beams, FirstScatter& sum, const Progress& progress = {}) const;
 
  private:
-  const Medium& medium_;
-  const std::vector<ChannelOptics>& optics_;
+  const BeamMedium& medium_;
+  const int channels_;
   const Occluder& occluder_;
   const ReflectedLight& reflected_;
   BeamRays by_rays_;

@@ -7,7 +7,6 @@
 #include <unordered_map>
 
 #include "grid/parallel.h"
-#include "medium/transmittance.h"
 #include "scene/light_samples.h"
 #include "surfaces/surface_cells.h"
 
@@ -72,13 +71,12 @@ Vec3d cosineDirection(int n, const Vec3d& normal, double turn, double shift) {
 }  // namespace
 
 struct BouncedLight::Impl {
+  const BeamMedium& beams;
   const Medium& medium;
   const std::vector<Surface>& surfaces;
   const Occluder& occluder;
-  const Vec3d sigma_t, sigma_t_beam;
   const CellTree tree;
-  const double voxel, largest_side;  // of a voxel: the mean, and the largest
-  double enough;
+  const double voxel, largest_side;                        // of a voxel: the mean, and the largest
   std::unordered_map<CellKey, uint32_t, CellHash> number;  // of patches; later also of cubes that hold some
   std::vector<Patch> patches;
   std::vector<size_t> first;  // link of each patch, and the end
@@ -86,18 +84,14 @@ struct BouncedLight::Impl {
   std::vector<Six> E, E_of_lit;  // W/m2
   int bounces = 0;
 
-  Impl(const Medium& m, const Vec3d& beam, const std::vector<Surface>& s, const Occluder& o)
-      : medium(m),
+  Impl(const BeamMedium& m, const std::vector<Surface>& s, const Occluder& o)
+      : beams(m),
+        medium(m.medium()),
         surfaces(s),
         occluder(o),
-        sigma_t(m.optics.sigmaT()),
-        sigma_t_beam(beam),
-        tree(m.topology(), m.transform(), s, finestLevel(m.topology())),
-        voxel(m.transform().meanVoxelSize()),
-        largest_side(largest(m.transform().voxelSize())) {
-    const Vec3d thinnest = openvdb::math::minComponent(sigma_t, sigma_t_beam);
-    enough = kOpaque / std::min({thinnest[0], thinnest[1], thinnest[2]});
-  }
+        tree(medium.topology(), medium.transform(), s, finestLevel(medium.topology())),
+        voxel(medium.transform().meanVoxelSize()),
+        largest_side(largest(medium.transform().voxelSize())) {}
 
   static double largest(const Vec3d& v) { return std::max({v[0], v[1], v[2]}); }
   static int finestLevel(const Topology& topology) {
@@ -210,13 +204,11 @@ struct BouncedLight::Impl {
       const Vec3d direction = cosineDirection(k, patch.at.normal, turn, shift);
       const auto met = meet(from, direction);
       if (!met) continue;
-      const double column =
-          columnDensity(medium.density, medium.transform().toIndex(from),
-                        medium.transform().directionToIndex(direction), 0, met->hit.distance, enough);
+      const TwofoldLight through = beams.transmittance(from, direction, met->hit.distance);
       const TwofoldLight light = lit(met->hit, from, direction);
       Seen s{*met, {}};
       for (int c = 0; c < 6; ++c) {
-        const double T = std::exp(-column * (c < 3 ? sigma_t[c] : sigma_t_beam[c - 3]));
+        const double T = c < 3 ? through.direct[c] : through.beam[c - 3];
         E_of_lit[n][c] += M_PI / kDirections * T * (c < 3 ? light.direct[c] : light.beam[c - 3]);
         s.through[c] = static_cast<float>(T * surfaces[met->hit.surface].albedo[c % 3]);
       }
@@ -300,9 +292,9 @@ struct BouncedLight::Impl {
   }
 };
 
-BouncedLight::BouncedLight(const Medium& medium, const Vec3d& sigma_t_beam,
-                           const std::vector<Surface>& surfaces, const Occluder& occluder, const Lit& lit)
-    : impl_(std::make_unique<Impl>(medium, sigma_t_beam, surfaces, occluder)) {
+BouncedLight::BouncedLight(const BeamMedium& medium, const std::vector<Surface>& surfaces,
+                           const Occluder& occluder, const Lit& lit)
+    : impl_(std::make_unique<Impl>(medium, surfaces, occluder)) {
   impl_->seek();
   impl_->findLinks(lit);
   if (!impl_->links.empty()) impl_->bounce();

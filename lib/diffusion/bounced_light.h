@@ -3,16 +3,10 @@
 #include <functional>
 #include <memory>
 
-#include "medium/medium.h"
+#include "diffusion/beam_medium.h"
 #include "surfaces/surface_point.h"
 
 namespace vdb_diffuse {
-
-/// Light that has not collided: through the medium as it is, and through the rescaled one, where what
-/// scatters nearly straight on comes through too.
-struct TwofoldLight {
-  Vec3d direct{0, 0, 0}, beam{0, 0, 0};
-};
 
 /// What surfaces get from each other of the light of the lights, after any number of bounces. With L the
 /// radiance that a surface throws back of the lights' own light, R its albedo and T the transmittance,
@@ -32,10 +26,9 @@ class BouncedLight {
   using Lit =
       std::function<TwofoldLight(const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction)>;
 
-  /// \param sigma_t_beam  extinction of the rescaled medium by channel, 1/(length density)
   /// \param lit  called from many threads; not kept. All references must outlive the object
-  BouncedLight(const Medium& medium, const Vec3d& sigma_t_beam, const std::vector<Surface>& surfaces,
-               const Occluder& occluder, const Lit& lit);
+  BouncedLight(const BeamMedium& medium, const std::vector<Surface>& surfaces, const Occluder& occluder,
+               const Lit& lit);
   ~BouncedLight();
 
   /// W/m2 at a point of a triangle. The same bits for any number of threads.

@@ -29,13 +29,14 @@ struct Largest {
 /// there is by as much less than the light that it scatters.
 double normalisation(const Channels& direct, const Field<float>* glow, const Medium& medium,
                      const ChannelOptics& optics) {
-  const double depth = optics.sigma_t_beam * medium.transform().meanVoxelSize();
+  const double h = medium.transform().meanVoxelSize();
   const double largest = sumOverBlocks<Largest>(medium.topology().blockCount(), [&](size_t b) {
                            Largest most;
                            const float* rho = medium.density.values.block(b);
                            for (int n = 0; n < kBlockVoxels; ++n) {
+                             const double depth = optics.at(b, n).sigma_t_beam * h * rho[n];
                              for (const Field<float>& channel : direct)
-                               most += {std::abs(channel.block(b)[n]) * std::max(1.0, depth * rho[n])};
+                               most += {std::abs(channel.block(b)[n]) * std::max(1.0, depth)};
                              if (glow) most += {std::abs(glow->block(b)[n] * medium.optics.emission_scale)};
                            }
                            return most;
@@ -85,16 +86,20 @@ class Diffusion {
   const Topology& topology() const { return medium_.topology(); }
 
   /// Does any voxel have so many optical depths that the equation must know where in it light scatters?
-  bool hasThickVoxels(double sigma_t) const {
-    float densest = 0;
-    for (size_t i = 0; i < medium_.density.values.size(); ++i)
-      densest = std::max(densest, medium_.density.values[i]);
-    return densest * sigma_t * medium_.transform().meanVoxelSize() > kThinVoxel;
+  bool hasThickVoxels(const ChannelOptics& optics) const {
+    double most = 0;
+    for (size_t b = 0; b < topology().blockCount(); ++b) {
+      const float* rho = medium_.density.values.block(b);
+      if (optics.albedo_field)
+        for (int n = 0; n < kBlockVoxels; ++n) most = std::max(most, rho[n] * optics.at(b, n).sigma_t_beam);
+      else
+        most = std::max(most, *std::max_element(rho, rho + kBlockVoxels) * optics.sigma_t_beam);
+    }
+    return most * medium_.transform().meanVoxelSize() > kThinVoxel;
   }
 
   ChannelOptics opticsOf(size_t c) const {
-    return channelOptics(medium_.optics, static_cast<int>(c), settings_.model.model,
-                         settings_.source.phase_order);
+    return channelOptics(medium_, static_cast<int>(c), settings_.model.model, settings_.source.phase_order);
   }
 
   void gatherSource(const LightGroup& group) {
@@ -102,9 +107,10 @@ class Diffusion {
     scene_.lights = group.lights;
     FirstScatterSettings first = settings_.source;
     first.want_flux = settings_.want_flux;
-    double sigma_t = 0;
-    for (int c = 0; c < 3; ++c) sigma_t = std::max(sigma_t, opticsOf(c).sigma_t_beam);
-    first.want_shape = settings_.model.model == Model::kDefault && hasThickVoxels(sigma_t);
+    first.want_shape = false;
+    if (settings_.model.model == Model::kDefault)
+      for (size_t c = 0; c < (medium_.greyOptics() ? 1 : 3) && !first.want_shape; ++c)
+        first.want_shape = hasThickVoxels(opticsOf(c));
     first.progress = settings_.progress;
     FirstScatter source = settings_.solver
                               ? settings_.solver->light(scene_, occluder_, settings_.model.model, first)
@@ -126,7 +132,7 @@ class Diffusion {
 
   /// One operator serves all channels of a grey medium, unless coloured surfaces change what returns.
   bool sharedOperator() const {
-    if (!medium_.optics.grey()) return false;
+    if (!medium_.greyOptics()) return false;
     if (equation_settings_.walls->empty() && settings_.model.model != Model::kDefault) return true;
     return greySurfaces(scene_.surfaces);
   }
@@ -142,7 +148,7 @@ class Diffusion {
         returned_ = std::make_unique<const ReturnedLight>(medium_, occluder_, scene_.surfaces,
                                                           *equation_settings_.walls);
       equation_settings_.returned =
-          std::make_shared<const Field<float>>(returned_->factors(optics.sigma_t_beam, static_cast<int>(c)));
+          std::make_shared<const Field<float>>(returned_->factors(optics, static_cast<int>(c)));
       if (sharedOperator()) returned_.reset();
     }
     equation_ = std::make_unique<Equation>(
@@ -168,8 +174,8 @@ class Diffusion {
     BeamSource beams;
     beams.Q0 = &source.sourceOf(c);
     if (!source.beam_flux.empty()) beams.Q1_flux = &source.beam_flux[c];
-    if (!source.shape.empty() && hasThickVoxels(optics.sigma_t_beam)) beams.shape = &source.shape[c];
-    if (light.emission() && !medium_.emission.empty() && optics.sigma_a > 0 &&
+    if (!source.shape.empty() && hasThickVoxels(optics)) beams.shape = &source.shape[c];
+    if (light.emission() && !medium_.emission.empty() && optics.absorbs() &&
         medium_.optics.emission_scale != 0)
       beams.glow = &medium_.emissionIn(static_cast<int>(c));
     beams.scale = normalisation(source.direct, beams.glow, medium_, optics);
@@ -265,11 +271,12 @@ Channels sourceField(const Medium& medium, const Channels& direct) {
     if (c == 1 && direct.size() == 1 && medium.grey()) break;
     const Field<float>& light = direct[std::min(c, direct.size() - 1)];
     Field<float> field(medium.topology());
-    const double sigma_s = medium.optics.sigma_s[static_cast<int>(c)];
-    const double emission = medium.optics.sigma_a[static_cast<int>(c)] * medium.optics.emission_scale;
+    const ChannelOptics optics = channelOptics(medium, static_cast<int>(c), Model::kP1);
     forEachBlock(field.blockCount(), [&](size_t b) {
       const float* rho = medium.density.values.block(b);
       for (int n = 0; n < kBlockVoxels; ++n) {
+        const ChannelOptics there = optics.at(b, n);
+        const double sigma_s = there.true_sigma_s, emission = there.sigma_a * medium.optics.emission_scale;
         const double Q = medium.emission.empty() ? 0 : medium.emissionIn(static_cast<int>(c)).block(b)[n];
         field.block(b)[n] = static_cast<float>(rho[n] * (sigma_s * light.block(b)[n] + emission * Q));
       }

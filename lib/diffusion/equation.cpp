@@ -167,7 +167,6 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
   const double per_cap = capped ? e.h / settings.cap : 0;
   const double size = std::cbrt(static_cast<double>(topology.activeVoxelCount()));  // in voxels
   const double vacuum = capped ? 0 : 1 / (kVacuumPath * size);
-  const double tau_tr = optics.sigma_tr * e.h, tau_a = optics.sigma_a * e.h;
   e.resistance_per_depth = 1.5 / (model == Model::kPaper ? optics.flux_factor : 1);  // r = 1/(2D)
   e.least_depth = std::max(vacuum, per_cap);
   A->half_resistance = Field<float>(topology, std::numeric_limits<float>::infinity());
@@ -182,10 +181,11 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
     size_t floored = 0;
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      floored += tau_tr * rho[n] < vacuum;
-      const VoxelProfile profile = e.profile(rho[n]);
+      const ChannelOptics there = optics.at(b, n);
+      floored += there.sigma_tr * e.h * rho[n] < vacuum;
+      const VoxelProfile profile = e.profile(there, rho[n]);
       r[n] = static_cast<float>(profile.odd * profile.r);
-      sink[n] = static_cast<float>(tau_a * rho[n] / profile.a);
+      sink[n] = static_cast<float>(there.sigma_a * e.h * rho[n] / profile.a);
     }
     e.open[b] = findOpenFaces(e, b);
     for (const OpenFace& face : e.open[b]) sink[face.voxel] += face.g;
@@ -204,9 +204,9 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
   return e;
 }
 
-VoxelProfile Equation::profile(float rho) const {
-  const double r = resistance_per_depth * std::max(optics.sigma_tr * h * rho, least_depth);
-  return settings.profile ? voxelProfile(std::min(r, settings.most_resistance), optics.sigma_a * h * rho)
+VoxelProfile Equation::profile(double sigma_tr, double sigma_a, float rho) const {
+  const double r = resistance_per_depth * std::max(sigma_tr * h * rho, least_depth);
+  return settings.profile ? voxelProfile(std::min(r, settings.most_resistance), sigma_a * h * rho)
                           : flatProfile(std::min(r, settings.most_resistance));
 }
 
@@ -215,7 +215,10 @@ void meansOfSolution(const Equation& e, const Medium& medium, Field<double>& x) 
   const Topology& topology = *e.A->topology;
   forEachBlock(topology.blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
-    for (auto it = topology.active(b).beginOn(); it; ++it) x.block(b)[it.pos()] /= e.profile(rho[it.pos()]).a;
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      x.block(b)[n] /= e.profile(e.optics.at(b, n), rho[n]).a;
+    }
   });
 }
 
@@ -225,7 +228,7 @@ double escapedThrough(const Equation& e, const Medium& medium, const Field<T>& I
     const float* rho = medium.density.values.block(b);
     double sum = 0;
     for (const OpenFace& face : e.open[b])
-      sum += e.profile(rho[face.voxel]).a * face.g * I0.block(b)[face.voxel];
+      sum += e.profile(e.optics.at(b, face.voxel), rho[face.voxel]).a * face.g * I0.block(b)[face.voxel];
     return sum;
   });
 }
@@ -234,8 +237,6 @@ template double escapedThrough(const Equation&, const Medium&, const Field<doubl
 
 RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const BeamSource& beams) {
   const Topology& topology = *e.A->topology;
-  const double tau_s = e.optics.source_sigma * e.h * beams.scale;
-  const double tau_a = e.optics.sigma_a * e.h * medium.optics.emission_scale * beams.scale;
   struct Sums {
     double scattered = 0, emitted = 0;
     void operator+=(const Sums& o) {
@@ -252,6 +253,9 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
     float* out = rhs.b.block(b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
+      const ChannelOptics there = e.optics.at(b, n);
+      const double tau_s = there.source_sigma * e.h * beams.scale;
+      const double tau_a = there.sigma_a * e.h * medium.optics.emission_scale * beams.scale;
       const double scattered = tau_s * rho[n] * q0[n], emitted = glow ? tau_a * rho[n] * glow[n] : 0;
       sum.scattered += scattered;
       sum.emitted += emitted;
@@ -275,8 +279,6 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>&
                    VectorField* flux, VectorField* slope) {
   const Topology& topology = *e.A->topology;
   const bool has_heads = beams.Q0 || e.scalesMeans();
-  const double bends = beams.scale * e.optics.source_sigma * e.h;
-  const double drive = beams.scale * e.optics.sigma_s * e.h * 3 * e.optics.g;
   FaceHeads heads;
   for (int axis = 0; axis < 3; ++axis) {
     if (has_heads) formFaceHeads(e, medium, beams, &I0, axis, heads);
@@ -294,10 +296,17 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>&
       const float* Q1_flux = beams.Q1_flux ? (*beams.Q1_flux)[axis].block(b) : nullptr;
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
-        const VoxelProfile profile = e.profile(rho[n]);
+        const ChannelOptics there = e.optics.at(b, n);
+        const VoxelProfile profile = e.profile(there, rho[n]);
         double steep = -profile.slope * s * s * profile.r * flow[n];
-        if (lean) steep += bendOfProfile(profile) * s * s * profile.r * bends * rho[n] * lean[n];
-        if (Q1_flux) steep += s * drive * rho[n] * Q1_flux[n];
+        if (lean) {
+          const double bends = beams.scale * there.source_sigma * e.h;
+          steep += bendOfProfile(profile) * s * s * profile.r * bends * rho[n] * lean[n];
+        }
+        if (Q1_flux) {
+          const double drive = beams.scale * there.sigma_s * e.h * 3 * there.g;
+          steep += s * drive * rho[n] * Q1_flux[n];
+        }
         (*slope)[axis].block(b)[n] = static_cast<float>(steep);
       }
     });

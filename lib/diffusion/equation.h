@@ -84,9 +84,13 @@ struct Equation {
   size_t floored_voxels = 0;                ///< voxels whose density counts as a vacuum; 0 with a cap
   std::vector<std::vector<OpenFace>> open;  ///< by block, sorted by face and voxel
 
-  VoxelProfile profile(float rho) const;
+  /// \param there  the optics in the voxel
+  VoxelProfile profile(const ChannelOptics& there, float rho) const {
+    return profile(there.sigma_tr, there.sigma_a, rho);
+  }
+  VoxelProfile profile(double sigma_tr, double sigma_a, float rho) const;
   /// Is the unknown anything but the mean?
-  bool scalesMeans() const { return settings.profile && optics.sigma_a > 0; }
+  bool scalesMeans() const { return settings.profile && optics.absorbs(); }
 };
 
 /// \throws InputError where nothing absorbs and nothing escapes: the system is singular

@@ -10,19 +10,6 @@
 namespace vdb_diffuse {
 namespace {
 
-Vec3d beamExtinction(const Medium& medium, Model model, int phase_order) {
-  Vec3d sigma;
-  for (int c = 0; c < 3; ++c) sigma[c] = channelOptics(medium.optics, c, model, phase_order).sigma_t_beam;
-  return sigma;
-}
-
-std::vector<ChannelOptics> opticsOf(const Medium& medium, const Scene& scene, Model model, int phase_order) {
-  std::vector<ChannelOptics> optics;
-  const int channels = medium.grey() && greyScene(scene) ? 1 : 3;
-  for (int c = 0; c < channels; ++c) optics.push_back(channelOptics(medium.optics, c, model, phase_order));
-  return optics;
-}
-
 /// Rays a voxel and axis of one of many beams, where it is asked where in the voxels they scatter. One leaves
 /// all it has on one line, and among many such voxels of two optical depths under an even sky end 2 % too
 /// bright.
@@ -59,10 +46,9 @@ std::vector<Beam> beamsOf(const LightSamples& lights, const std::vector<Vec3d>& 
 }
 
 /// Fields for what is wanted, all zero.
-FirstScatter emptyResult(const Topology& topology, const std::vector<ChannelOptics>& optics,
-                         const FirstScatterSettings& settings) {
-  const size_t channels = optics.size();
-  const bool rescaled = optics.front().rescaled() || optics.back().rescaled();
+FirstScatter emptyResult(const BeamMedium& medium, size_t channels, const FirstScatterSettings& settings) {
+  const Topology& topology = medium.medium().topology();
+  const bool rescaled = medium.rescaled();
   FirstScatter result;
   const auto vectorFields = [&] {
     std::vector<VectorField> fields(channels);
@@ -74,13 +60,13 @@ FirstScatter emptyResult(const Topology& topology, const std::vector<ChannelOpti
     result.direct.emplace_back(topology);
     if (rescaled) result.beam.emplace_back(topology);
   }
-  if (optics.front().g != 0 || settings.want_flux) result.beam_flux = vectorFields();
+  if (medium.optics(0).g != 0 || settings.want_flux) result.beam_flux = vectorFields();
   if (rescaled && settings.want_flux) result.direct_flux = vectorFields();
   if (settings.want_shape) {
     const std::vector<VectorField> lean = vectorFields(), spread = lean;
     for (size_t c = 0; c < channels; ++c) result.shape.push_back({lean[c], spread[c]});
   }
-  if (optics.front().p2 != 0)
+  if (medium.optics(0).p2 != 0)
     for (size_t c = 0; c < channels; ++c) {
       result.second_moments.emplace_back();
       for (int k = kFirstOrder; k < kSecondOrder; ++k) result.second_moments[c].emplace_back(topology);
@@ -115,28 +101,26 @@ void addTo(FirstScatter& result, size_t b, int voxel, const Gathered& sum) {
 FirstScatter firstScatter(const Medium& medium, const Scene& scene, const Occluder& occluder, Model model,
                           const FirstScatterSettings& settings) {
   const Topology& topology = medium.topology();
-  const std::vector<ChannelOptics> optics = opticsOf(medium, scene, model, settings.phase_order);
+  const BeamMedium beams(medium, model, settings.phase_order);
+  const int channels = medium.grey() && greyScene(scene) ? 1 : 3;
   const LightSamples lights = sampleLights(scene, settings.lights);
-  const ReflectedLight reflected(medium, beamExtinction(medium, model, settings.phase_order), lights,
-                                 scene.surfaces, occluder);
+  const ReflectedLight reflected(beams, lights, scene.surfaces, occluder);
   const std::vector<Vec3d> directions =
       reflected.any() ? sphereDirections(settings.gather_directions) : std::vector<Vec3d>();
-  FirstScatter result = emptyResult(topology, optics, settings);
+  FirstScatter result = emptyResult(beams, static_cast<size_t>(channels), settings);
   if (topology.blockCount() == 0) return result;
   if (!settings.exact_march)
-    BeamSweep(medium, optics, occluder, reflected)
+    BeamSweep(beams, channels, occluder, reflected)
         .add(beamsOf(lights, directions, settings), result, settings.progress);
   if (!settings.exact_march && lights.points.empty()) return result;
 
-  const LightMarch march(medium, optics, occluder, lights, reflected, directions, settings);
+  const LightMarch march(beams, channels, occluder, lights, reflected, directions, settings);
   std::atomic<size_t> done{0};
   forEachBlock(topology.blockCount(), [&](size_t b) {
     const BlockMask& voxels = settings.only ? (*settings.only)[b] : topology.active(b);
     for (auto it = voxels.beginOn(); it; ++it) {
       const int voxel = static_cast<int>(it.pos());
-      addTo(result, b, voxel,
-            march.gather(topology.origin(b) + voxelLocal(voxel), medium.density.values.block(b)[voxel],
-                         settings.exact_march));
+      addTo(result, b, voxel, march.gather(b, voxel, settings.exact_march));
     }
     const size_t finished = ++done;
     if (settings.progress && finished % 64 == 0)

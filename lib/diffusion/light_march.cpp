@@ -66,57 +66,59 @@ double spreadPoint(int n, int axis, int dimensions) {
 struct LightMarch::Part {
   Vec3d offset{0, 0, 0};  ///< of its centre from the voxel's, in voxels
   double side = 1;        ///< in voxels
-  float rho = 0;
+  TwofoldDensity density;
 };
 
-LightMarch::LightMarch(const Medium& medium, const std::vector<ChannelOptics>& optics,
-                       const Occluder& occluder, const LightSamples& lights, const ReflectedLight& reflected,
+LightMarch::LightMarch(const BeamMedium& medium, int channels, const Occluder& occluder,
+                       const LightSamples& lights, const ReflectedLight& reflected,
                        const std::vector<Vec3d>& reflected_directions, const FirstScatterSettings& settings)
-    : medium_(medium),
-      optics_(optics),
+    : beams_(medium),
+      medium_(medium.medium()),
       occluder_(occluder),
       lights_(lights),
       reflected_(reflected),
       gather_(reflected_directions),
-      channels_(static_cast<int>(optics.size())),
+      channels_(channels),
       rays_(std::max(1, settings.rays_per_voxel)),
       shaped_(settings.want_shape),
-      rescaled_(optics.front().rescaled() || optics.back().rescaled()),
-      ball_radius_(medium.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
-  double thinnest = kFar;
-  for (const ChannelOptics& o : optics) {
-    thickest_ = std::max({thickest_, o.sigma_t_beam, o.true_sigma_t});
-    thinnest = std::min({thinnest, o.sigma_t_beam, o.true_sigma_t});
-  }
-  enough_ = kOpaque / thinnest;
+      rescaled_(medium.rescaled()),
+      ball_radius_(medium_.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
+  for (int c = 0; c < channels; ++c)
+    thickest_ = std::max({thickest_, medium.optics(c).sigma_t_beam, medium.optics(c).true_sigma_t});
 }
 
-Gathered LightMarch::gather(const Coord& voxel, float rho, bool all) const {
+Gathered LightMarch::gather(size_t block, int n, bool all) const {
   Gathered sum;
-  const bool by_faces = thick(rho);
+  const Coord voxel = medium_.topology().origin(block) + voxelLocal(n);
+  TwofoldDensity density;
+  density.rho = medium_.density.values.block(block)[n];
+  for (int c = 0; c < channels_; ++c) density.beam[c] = beams_.beamDensity(c).values.block(block)[n];
+  const bool by_faces = thick(density.rho);
   const int points = static_cast<int>(std::round(std::sqrt(static_cast<double>(rays_))));
   const Vec3d centre = medium_.transform().toWorld(voxel.asVec3d());
   for (const PointSample& lamp : lights_.points) {
     const double distance = (centre - lamp.position).length();
     if (by_faces && distance >= kNearLamp * ball_radius_ && std::isfinite(distance))
-      addThroughFaces(lamp, points, voxel, rho, sum);
+      addThroughFaces(lamp, points, voxel, density, sum);
     else
-      addLamp(lamp, voxel.asVec3d(), Part{Vec3d(0), 1, rho}, sum);
+      addLamp(lamp, voxel.asVec3d(), Part{Vec3d(0), 1, density}, sum);
   }
   if (!all) return sum;
   for (const BeamSample& beam : lights_.beams)
     if (by_faces)
-      addThroughFaces(beam, beam.count >= kManyBeams ? 1 : points, voxel, rho, sum);
+      addThroughFaces(beam, beam.count >= kManyBeams ? 1 : points, voxel, density, sum);
     else
-      addBeam(beam, voxel, rho, sum);
+      addBeam(beam, voxel, density, sum);
   for (const Vec3d& direction : gather_)
     if (by_faces)
-      addThroughFaces(direction, 1, voxel, rho, sum);
-    else if (const auto light = arrivalOf(direction, centre))
-      addPart(*light,
-              lightPath(medium_.density, rho, voxel.asVec3d(), voxel.asVec3d(), light->toward,
-                        light->distance, enough_),
-              Part{Vec3d(0), 1, rho}, sum);
+      addThroughFaces(direction, 1, voxel, density, sum);
+    else if (const auto light = arrivalOf(direction, centre)) {
+      const Vec3d p = voxel.asVec3d();
+      const TwofoldPath path = twofold(density, [&](const Volume& met, float rho) {
+        return lightPath(met, rho, p, p, light->toward, light->distance, beams_.enough());
+      });
+      addPart(*light, path, Part{Vec3d(0), 1, density}, sum);
+    }
   return sum;
 }
 
@@ -160,36 +162,56 @@ std::optional<LightMarch::Arrival> LightMarch::arrivalOf(const Vec3d& reflected_
   return Arrival{radiance.direct * weight, radiance.beam * weight, toward, hit->distance};
 }
 
-/// \param moments  moments(light, extinction, lean, spread) adds those of light that has come by this path
+template <typename Through>
+TwofoldPath LightMarch::twofold(const LightPath& direct, const TwofoldDensity& density,
+                                const Through& through) const {
+  TwofoldPath path{direct, {direct, direct, direct}};
+  const Volume* met = &medium_.density;
+  for (int c = 0; c < channels_; ++c) {
+    if (const Volume& own = beams_.beamDensity(c); &own != met) {
+      met = &own;
+      path.beam[c] = through(own, density.beam[c]);
+    } else if (c > 0) {
+      path.beam[c] = path.beam[c - 1];
+    }
+  }
+  return path;
+}
+
+/// \param moments  moments(light, channel, lean, spread) adds those of light that has come by this path
 template <typename Moments>
-void LightMarch::add(const Arrival& light, const LightPath& path, const Moments& moments,
+void LightMarch::add(const Arrival& light, const TwofoldPath& path, const Moments& moments,
                      Gathered& sum) const {
   const Vec3d axis = alongAxes(medium_.transform(), -light.toward);
   double basis[kSecondOrder];
   angularBasis(axis, basis);
   for (int c = 0; c < channels_; ++c) {
-    const double sigma = optics_[c].true_sigma_t, sigma_beam = optics_[c].sigma_t_beam;
-    const double direct = light.power[c] * beamAverage(sigma * path.before, sigma * path.inside);
+    const double sigma = beams_.optics(c).true_sigma_t, sigma_beam = beams_.optics(c).sigma_t_beam;
+    const double direct =
+        light.power[c] * beamAverage(sigma * path.direct.before, sigma * path.direct.inside);
     double scatters = direct;
     sum.direct[c] += direct;
     sum.direct_flux[c] += axis * direct;
     if (rescaled_) {
-      scatters = light.power_beam[c] * beamAverage(sigma_beam * path.before, sigma_beam * path.inside);
+      scatters = light.power_beam[c] *
+                 beamAverage(sigma_beam * path.beam[c].before, sigma_beam * path.beam[c].inside);
       sum.beam[c] += scatters;
       sum.beam_flux[c] += axis * scatters;
     }
     for (int k = kFirstOrder; k < kSecondOrder; ++k) sum.second[c][k - kFirstOrder] += scatters * basis[k];
-    if (shaped_) moments(scatters, sigma_beam, sum.lean[c], sum.spread[c]);
+    if (shaped_) moments(scatters, c, sum.lean[c], sum.spread[c]);
   }
 }
 
-void LightMarch::addPart(const Arrival& light, const LightPath& path, const Part& part, Gathered& sum) const {
+void LightMarch::addPart(const Arrival& light, const TwofoldPath& path, const Part& part,
+                         Gathered& sum) const {
   const Vec3d& size = medium_.transform().voxelSize();
   const Vec3d axis = alongAxes(medium_.transform(), -light.toward);
   add(
       light, path,
-      [&](double scatters, double extinction, Vec3d& lean, Vec3d& spread) {
-        const double depth = extinction * part.rho * part.side;  // per unit of world length along an axis
+      [&](double scatters, int c, Vec3d& lean, Vec3d& spread) {
+        // per unit of world length along an axis
+        const double depth = beams_.optics(c).sigma_t_beam * part.density.beam[c] * part.side;
         for (int a = 0; a < 3; ++a) {
           const double x = part.offset[a], inner = part.side * beamLean(depth * axis[a] * size[a]);
           lean[a] += scatters * (x + inner);
@@ -199,7 +221,8 @@ void LightMarch::addPart(const Arrival& light, const LightPath& path, const Part
       sum);
 }
 
-void LightMarch::addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const {
+void LightMarch::addBeam(const BeamSample& beam, const Coord& voxel, const TwofoldDensity& density,
+                         Gathered& sum) const {
   const Vec3d centre = voxel.asVec3d(), d = medium_.transform().directionToIndex(beam.direction);
   const double longest = std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
   int off_axis = 0;
@@ -214,8 +237,10 @@ void LightMarch::addBeam(const BeamSample& beam, const Coord& voxel, float rho, 
     if (!light) continue;
     light->power /= rays;
     light->power_beam /= rays;
-    addPart(*light, lightPath(medium_.density, rho, p, centre, light->toward, kFar, enough_),
-            Part{Vec3d(0), 1, rho}, sum);
+    const TwofoldPath path = twofold(density, [&](const Volume& met, float rho) {
+      return lightPath(met, rho, p, centre, light->toward, kFar, beams_.enough());
+    });
+    addPart(*light, path, Part{Vec3d(0), 1, density}, sum);
   }
 }
 
@@ -224,42 +249,46 @@ void LightMarch::addBeam(const BeamSample& beam, const Coord& voxel, float rho, 
 void LightMarch::addLamp(const PointSample& lamp, const Vec3d& voxel, const Part& part, Gathered& sum) const {
   const Vec3d p = voxel + part.offset;
   const double side = part.side;
-  const float rho = part.rho;
   const Vec3d from = medium_.transform().toWorld(p), separation = lamp.position - from;
   const double r = separation.length(), radius = side * ball_radius_;
   const auto cut = [&] {
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3d offset(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-      addLamp(lamp, voxel, Part{part.offset + offset * (0.25 * side), 0.5 * side, rho}, sum);
+      addLamp(lamp, voxel, Part{part.offset + offset * (0.25 * side), 0.5 * side, part.density}, sum);
     }
   };
   if (side > kFinestCube && r < kNearLamp * radius) return cut();
-  LightPath path;
   Vec3d toward(0);
   if (r > 1e-6 * radius) toward = separation / r;
   const double falloff = lamp.profile == PointSample::Profile::kIsotropic ? 1 : lamp.falloff(-toward);
   if (falloff <= 0) return;
-  if (r > radius) {
-    if (!occluder_.empty() && occluder_.hidden(from, toward, r)) return;
+  const bool beside = r > radius;
+  if (beside && !occluder_.empty() && occluder_.hidden(from, toward, r)) return;
+  const auto through = [&](const Volume& met, float rho) {
+    LightPath path;
+    path.inside = rho * radius;  // of a lamp that shines inside the cube: its light leaves from 0 to the rim
+    if (!beside) return path;
     const Vec3d d = medium_.transform().directionToIndex(toward);
     const double half = side * exitOfVoxel(p, d, p);  // of the chord through the cube's centre
     path.inside = rho * (std::min(half, r) + half);
-    path.before = columnDensity(medium_.density, p, d, half, r, enough_);
+    path.before = columnDensity(met, p, d, half, r, beams_.enough());
+    return path;
+  };
+  const LightPath direct = through(medium_.density, part.density.rho);
+  if (beside) {
     // A thick cube shades itself, and one chord through its middle is not the mean of all.
-    const double sigma_t = optics_[0].true_sigma_t, depth = sigma_t * rho * 2 * radius;
-    if (depth > kThickCube && side > kFinestThickCube && sigma_t * path.before < kGoneBefore) return cut();
-  } else {
-    path.inside = rho * radius;  // the lamp shines inside the cube: its light leaves from 0 to the rim
+    const double sigma_t = beams_.optics(0).true_sigma_t, depth = sigma_t * part.density.rho * 2 * radius;
+    if (depth > kThickCube && side > kFinestThickCube && sigma_t * direct.before < kGoneBefore) return cut();
   }
   const Vec3d power =
       lamp.intensity * (falloff * meanInverseSquare(r, radius) * kInverseSphere * (side * side * side));
-  addPart(Arrival{power, power, toward, r}, path, part, sum);
+  addPart(Arrival{power, power, toward, r}, twofold(direct, part.density, through), part, sum);
 }
 
 /// A lamp's light falls off as its rays spread, so that along a chord neither tells.
 template <typename Light>
-void LightMarch::addThroughFaces(const Light& light, int points, const Coord& voxel, float rho,
-                                 Gathered& sum) const {
+void LightMarch::addThroughFaces(const Light& light, int points, const Coord& voxel,
+                                 const TwofoldDensity& density, Gathered& sum) const {
   const Transform& transform = medium_.transform();
   const Vec3d centre = voxel.asVec3d();
   const double area = 1.0 / (points * points), far = wayOf(light, transform.toWorld(centre)).length();
@@ -293,38 +322,42 @@ void LightMarch::addThroughFaces(const Light& light, int points, const Coord& vo
     const double chord = exitOfVoxel(p, d, centre) / volume;
     arrival->power *= across * chord;
     arrival->power_beam *= across * chord;
-    LightPath path;
-    path.inside = rho * chord;
-    path.before = columnDensity(medium_.density, p, -d, 0, arrival->distance, enough_);
+    const TwofoldPath path = twofold(density, [&](const Volume& met, float rho) {
+      LightPath one;
+      one.inside = rho * chord;
+      one.before = columnDensity(met, p, -d, 0, arrival->distance, beams_.enough());
+      return one;
+    });
     add(
         *arrival, path,
-        [&](double scatters, double extinction, Vec3d& lean, Vec3d& spread) {
-          const DecayMoments decay = decayMoments(extinction * path.inside);
+        [&](double scatters, int c, Vec3d& lean, Vec3d& spread) {
+          const DecayMoments decay = decayMoments(beams_.optics(c).sigma_t_beam * path.beam[c].inside);
           const double first = decay.m1 / decay.m0, second = decay.m2 / decay.m0;
           lean += scatters * (x + first * step - mean);
           spread += scatters * (x * x + (2 * first) * x * step + second * step * step - square);
         },
         gathered);
   });
-  if (shaped_) placeBesideFaces(wayOf(light, transform.toWorld(centre)).unit(), voxel, rho, gathered);
+  if (shaped_) placeBesideFaces(wayOf(light, transform.toWorld(centre)).unit(), voxel, density, gathered);
   sum += gathered;
 }
 
 /// Moments in the thickest voxels are those of beam_faces.h.
-void LightMarch::placeBesideFaces(const Vec3d& direction, const Coord& voxel, float rho,
+void LightMarch::placeBesideFaces(const Vec3d& direction, const Coord& voxel, const TwofoldDensity& density,
                                   Gathered& sum) const {
   const Transform& transform = medium_.transform();
   const double h = transform.meanVoxelSize();
   const Vec3d s = alongAxes(transform, direction);
   for (int c = 0; c < channels_; ++c) {
-    const BeamFaces faces(s, transform.voxelSize() / h, optics_[c].sigma_t_beam * h);
+    const BeamFaces faces(s, transform.voxelSize() / h, beams_.optics(c).sigma_t_beam * h);
+    const float rho = density.beam[c];
     if (!faces.any(rho)) continue;
     const double share = faces.share(rho), placed = share * (rescaled_ ? sum.beam[c] : sum.direct[c]);
     Row before[3];
     for (int a = 0; a < 3; ++a) {
       Coord from = voxel;
       from[a] += faces.fromAbove(a) ? 1 : -1;
-      before[a] = Row{} + medium_.density.values.at(medium_.topology(), from);
+      before[a] = Row{} + beams_.beamDensity(c).values.at(medium_.topology(), from);
     }
     const BeamFaces::Moments moments = faces.moments(Row{} + rho, before);
     for (int a = 0; a < 3; ++a) {

@@ -33,6 +33,16 @@ struct Gathered {
   }
 };
 
+/// The way of light to a place, and by channel as rescaled beams meet it.
+struct TwofoldPath {
+  LightPath direct, beam[3];
+};
+
+/// Densities of a voxel: the medium's, and by channel those that rescaled beams meet.
+struct TwofoldDensity {
+  float rho = 0, beam[3] = {0, 0, 0};
+};
+
 /// From so many beams on, as a dome has, they average among themselves and each takes one ray per voxel.
 constexpr int kManyBeams = 16;
 
@@ -53,18 +63,19 @@ double spreadPoint(int n, int axis, int dimensions);
 class LightMarch {
  public:
   /// All references must outlive the object.
-  LightMarch(const Medium& medium, const std::vector<ChannelOptics>& optics, const Occluder& occluder,
-             const LightSamples& lights, const ReflectedLight& reflected,
-             const std::vector<Vec3d>& reflected_directions, const FirstScatterSettings& settings);
+  /// \param channels  1 or 3
+  LightMarch(const BeamMedium& medium, int channels, const Occluder& occluder, const LightSamples& lights,
+             const ReflectedLight& reflected, const std::vector<Vec3d>& reflected_directions,
+             const FirstScatterSettings& settings);
 
   /// \param all  march to suns and domes as well
-  Gathered gather(const Coord& voxel, float rho, bool all) const;
+  Gathered gather(size_t block, int n, bool all) const;
 
  private:
   struct Part;
 
+  const BeamMedium& beams_;
   const Medium& medium_;
-  const std::vector<ChannelOptics>& optics_;
   const Occluder& occluder_;
   const LightSamples& lights_;
   const ReflectedLight& reflected_;
@@ -73,7 +84,6 @@ class LightMarch {
   const bool shaped_, rescaled_;
   const double ball_radius_;
   double thickest_ = 0;  ///< extinction of the channel that is weakened most
-  double enough_ = 0;    ///< column density behind which no light is left
 
   /// Light at a point, before the medium weakens it.
   struct Arrival {
@@ -91,15 +101,25 @@ class LightMarch {
   std::optional<Arrival> arrivalOf(const BeamSample& beam, const Vec3d& p_world) const;
   std::optional<Arrival> arrivalOf(const Vec3d& reflected_direction, const Vec3d& p_world) const;
 
+  /// \param direct  through(density, rho) of the medium's own
+  template <typename Through>
+  TwofoldPath twofold(const LightPath& direct, const TwofoldDensity& density, const Through& through) const;
+  template <typename Through>
+  TwofoldPath twofold(const TwofoldDensity& density, const Through& through) const {
+    return twofold(through(medium_.density, density.rho), density, through);
+  }
   template <typename Moments>
-  void add(const Arrival& light, const LightPath& path, const Moments& moments, Gathered& sum) const;
-  void addPart(const Arrival& light, const LightPath& path, const Part& part, Gathered& sum) const;
+  void add(const Arrival& light, const TwofoldPath& path, const Moments& moments, Gathered& sum) const;
+  void addPart(const Arrival& light, const TwofoldPath& path, const Part& part, Gathered& sum) const;
   void addLamp(const PointSample& lamp, const Vec3d& voxel, const Part& part, Gathered& sum) const;
-  void addBeam(const BeamSample& beam, const Coord& voxel, float rho, Gathered& sum) const;
+  void addBeam(const BeamSample& beam, const Coord& voxel, const TwofoldDensity& density,
+               Gathered& sum) const;
   /// \param light  what arrivalOf knows
   template <typename Light>
-  void addThroughFaces(const Light& light, int points, const Coord& voxel, float rho, Gathered& sum) const;
-  void placeBesideFaces(const Vec3d& direction, const Coord& voxel, float rho, Gathered& sum) const;
+  void addThroughFaces(const Light& light, int points, const Coord& voxel, const TwofoldDensity& density,
+                       Gathered& sum) const;
+  void placeBesideFaces(const Vec3d& direction, const Coord& voxel, const TwofoldDensity& density,
+                        Gathered& sum) const;
 };
 
 }  // namespace vdb_diffuse

@@ -30,9 +30,9 @@ void LightResult::add(size_t c, const ChannelOptics& optics, const ChannelSoluti
 }
 
 double LightResult::absorbedOf(const Equation& e, const Field<double>& x) const {
-  const double tau_a = e.optics.sigma_a * e.h;
   const Field<float>& rho = medium_.density.values;
   return sumOverVoxels(topology(), [&](size_t b, int n) {
+    const double tau_a = e.optics.at(b, n).sigma_a * e.h;
     return static_cast<double>(static_cast<float>(tau_a * rho.block(b)[n])) * x.block(b)[n];
   });
 }
@@ -54,15 +54,26 @@ void LightResult::addEnergy(size_t c, const ChannelOptics& optics, const Channel
     energy.escaped += watts * unscale * channel.escaped;
     return;
   }
-  const double direct = sumOverVoxels(topology(), [&](size_t b, int n) {
-    return static_cast<double>(rho.block(b)[n]) * source.direct[c].block(b)[n];
-  });
-  const double beam = sumOverVoxels(topology(), [&](size_t b, int n) {
-    return static_cast<double>(rho.block(b)[n]) * source.beam[c].block(b)[n];
-  });
-  const double left_in_beam = e.h * (optics.true_sigma_t * direct - optics.sigma_t_beam * beam);
-  energy.scattered_in += watts * e.h * optics.true_sigma_s * direct;
-  energy.absorbed += watts * (unscale * absorbed + tau_a * (beam - direct));
+  const auto columnOf = [&](const Field<float>& light) {
+    return sumOverVoxels(topology(), [&](size_t b, int n) {
+      return static_cast<double>(rho.block(b)[n]) * light.block(b)[n];
+    });
+  };
+  const auto lostOf = [&](const Field<float>& light) {  // the same of what the albedo field takes
+    if (!optics.albedo_field) return 0.0;
+    return sumOverVoxels(topology(), [&](size_t b, int n) {
+      const double lost = 1 - double{optics.albedo_field->block(b)[n]};
+      return lost * rho.block(b)[n] * light.block(b)[n];
+    });
+  };
+  const double direct = columnOf(source.direct[c]), lost_direct = lostOf(source.direct[c]);
+  const double beam = columnOf(source.beam[c]), lost_beam = lostOf(source.beam[c]);
+  const double left_in_beam = e.h * (optics.true_sigma_t * direct - optics.sigma_t_beam * beam -
+                                     (optics.true_sigma_s - optics.sigma_s) * lost_beam);
+  const double tau_s = optics.true_sigma_s * e.h;
+  energy.scattered_in += watts * e.h * optics.true_sigma_s * (direct - lost_direct);
+  energy.absorbed +=
+      watts * (unscale * absorbed + tau_a * (beam - direct) + tau_s * (lost_beam - lost_direct));
   energy.escaped += watts * (unscale * channel.escaped + left_in_beam);
 }
 

@@ -20,6 +20,13 @@ ChannelOptics channelOptics(const Optics& optics, int channel, Model model, int 
   c.sigma_t_beam = rescale ? c.sigma_a + c.sigma_s : c.true_sigma_t;
   c.source_sigma = model == Model::kPaper ? c.true_sigma_t : c.sigma_s;
   c.flux_factor = model == Model::kPaper ? 3 : 1;
+  c.true_g = g;
+  return c;
+}
+
+ChannelOptics channelOptics(const Medium& medium, int channel, Model model, int phase_order) {
+  ChannelOptics c = channelOptics(medium.optics, channel, model, phase_order);
+  c.albedo_field = medium.albedoIn(channel);
   return c;
 }
 

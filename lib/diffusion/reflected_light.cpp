@@ -84,13 +84,13 @@ struct Plane {
 }  // namespace
 
 struct ReflectedLight::Impl {
+  const BeamMedium& beams;
   const Medium& medium;
   const LightSamples& lights;
   const std::vector<Surface>& surfaces;
   const Occluder& occluder;
-  const Vec3d sigma_t, sigma_t_beam;
   bool any = false;
-  double voxel, enough;
+  double voxel;
   Vec3d low, high;  // world box of the volume
   struct Cell {
     SurfacePoint middle;
@@ -100,17 +100,13 @@ struct ReflectedLight::Impl {
   mutable tbb::concurrent_hash_map<LatticeCell, Cell, HashCell> cells;
   std::unique_ptr<const BouncedLight> bounced;  // once it is known
 
-  Impl(const Medium& m, const Vec3d& beam, const LightSamples& l, const std::vector<Surface>& s,
-       const Occluder& o)
-      : medium(m),
+  Impl(const BeamMedium& m, const LightSamples& l, const std::vector<Surface>& s, const Occluder& o)
+      : beams(m),
+        medium(m.medium()),
         lights(l),
         surfaces(s),
         occluder(o),
-        sigma_t(m.optics.sigmaT()),
-        sigma_t_beam(beam),
-        voxel(m.transform().meanVoxelSize()) {
-    const Vec3d thinnest = openvdb::math::minComponent(sigma_t, sigma_t_beam);
-    enough = kOpaque / std::min({thinnest[0], thinnest[1], thinnest[2]});
+        voxel(medium.transform().meanVoxelSize()) {
     for (const Surface& surface : surfaces)
       any = any || (!surface.albedo.isZero() && !surface.mesh.triangles.empty());
     any = any && (!lights.beams.empty() || !lights.points.empty()) && medium.topology().blockCount() > 0;
@@ -128,12 +124,9 @@ struct ReflectedLight::Impl {
 
   /// Adds light of this irradiance that comes from `toward`, less what the medium takes.
   void add(const Vec3d& power, const Vec3d& from, const Vec3d& toward, double distance, Radiance& sum) const {
-    const double column = columnDensity(medium.density, medium.transform().toIndex(from),
-                                        medium.transform().directionToIndex(toward), 0, distance, enough);
-    for (int c = 0; c < 3; ++c) {
-      sum.direct[c] += power[c] * std::exp(-sigma_t[c] * column);
-      sum.beam[c] += power[c] * std::exp(-sigma_t_beam[c] * column);
-    }
+    const TwofoldLight through = beams.transmittance(from, toward, distance);
+    sum.direct += power * through.direct;
+    sum.beam += power * through.beam;
   }
 
   /// W/m2 on the side of a surface that `normal` points away from.
@@ -206,7 +199,7 @@ struct ReflectedLight::Impl {
 
   void followBounces() {
     auto found = std::make_unique<const BouncedLight>(
-        medium, sigma_t_beam, surfaces, occluder,
+        beams, surfaces, occluder,
         [this](const Occluder::Hit& hit, const Vec3d& origin, const Vec3d& direction) {
           return radiance(hit, origin, direction);
         });
@@ -216,9 +209,9 @@ struct ReflectedLight::Impl {
   }
 };
 
-ReflectedLight::ReflectedLight(const Medium& medium, const Vec3d& sigma_t_beam, const LightSamples& lights,
+ReflectedLight::ReflectedLight(const BeamMedium& medium, const LightSamples& lights,
                                const std::vector<Surface>& surfaces, const Occluder& occluder)
-    : impl_(std::make_unique<Impl>(medium, sigma_t_beam, lights, surfaces, occluder)) {
+    : impl_(std::make_unique<Impl>(medium, lights, surfaces, occluder)) {
   if (impl_->any) impl_->followBounces();
 }
 ReflectedLight::~ReflectedLight() = default;

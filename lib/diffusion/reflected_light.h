@@ -13,9 +13,9 @@ namespace vdb_diffuse {
 /// (bounced_light.h).
 class ReflectedLight {
  public:
-  /// \param sigma_t_beam  extinction of the rescaled medium by channel, 1/(length density)
-  ReflectedLight(const Medium& medium, const Vec3d& sigma_t_beam, const LightSamples& lights,
-                 const std::vector<Surface>& surfaces, const Occluder& occluder);
+  /// All references must outlive the object.
+  ReflectedLight(const BeamMedium& medium, const LightSamples& lights, const std::vector<Surface>& surfaces,
+                 const Occluder& occluder);
   ~ReflectedLight();
 
   /// True where some surface has an albedo and some light shines.

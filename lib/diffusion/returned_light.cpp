@@ -70,9 +70,17 @@ struct FaceLight {
   Field<float> entering, leaving;
 };
 
+/// Optical depths of a block's voxels.
+void depthsOf(const ChannelOptics& optics, const Medium& medium, size_t b, float* tau) {
+  const float* rho = medium.density.values.block(b);
+  const double h = medium.transform().meanVoxelSize();
+  for (int n = 0; n < kBlockVoxels; ++n)
+    tau[n] = static_cast<float>(optics.at(b, n).sigma_t_beam * h * rho[n]);
+}
+
 /// The light where the whole medium glows with a source function of 1.
 FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, const Walls& walls,
-                            double depth_per_density, const Obstacles* obstacles) {
+                            const ChannelOptics& optics, const Obstacles* obstacles) {
   const Topology& topology = medium.topology();
   FaceLight light{Field<float>(topology), Field<float>(topology)};
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
@@ -81,8 +89,7 @@ FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, co
     passObstructed(wavefront, octant, obstacles, taken, [&](size_t b, const auto& passDirection) {
       alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels], entering[kBlockVoxels],
           leaving[kBlockVoxels];
-      const float* rho = medium.density.values.block(b);
-      for (int n = 0; n < kBlockVoxels; ++n) tau[n] = static_cast<float>(depth_per_density * rho[n]);
+      depthsOf(optics, medium, b, tau);
       turnBlock(tau, turned_tau);
       std::fill_n(entering, kBlockVoxels, 0.0f);
       std::fill_n(leaving, kBlockVoxels, 0.0f);
@@ -162,13 +169,12 @@ ReturnedLight::ReturnedLight(const Medium& medium, const Occluder& occluder,
       wavefront_(medium.density.topology, stretch_, offPlanes(), kAside),
       cuts_(findSurfaceCuts(wavefront_, medium.transform(), occluder, surfaces)) {}
 
-Field<float> ReturnedLight::factors(double extinction, int channel) const {
+Field<float> ReturnedLight::factors(const ChannelOptics& optics, int channel) const {
   const Topology& topology = medium_.topology();
-  const double depth_per_density = extinction * medium_.transform().meanVoxelSize();
   Field<float> factor(topology, 1.0f);
   if (topology.blockCount() == 0) return factor;
   const auto probe = [&](const Obstacles* obstacles) {
-    return lightThroughFaces(wavefront_, medium_, walls_, depth_per_density, obstacles);
+    return lightThroughFaces(wavefront_, medium_, walls_, optics, obstacles);
   };
   FaceLight light;
   if (cuts_.empty()) {
@@ -186,12 +192,13 @@ Field<float> ReturnedLight::factors(double extinction, int channel) const {
   Field<float> smooth(
       topology);  // what x would be by the steps of a smooth surface, times the light that leaves
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    float area[kBlockVoxels];
+    float area[kBlockVoxels], tau[kBlockVoxels];
     areaFactors(topology, stretch_, b, area);
-    const float *rho = medium_.density.values.block(b), *leaving = light.leaving.block(b);
+    depthsOf(optics, medium_, b, tau);
+    const float* leaving = light.leaving.block(b);
     for (int n = 0; n < kBlockVoxels; ++n) {
-      const float a = area[n], tau = static_cast<float>(depth_per_density * rho[n]);
-      smooth.block(b)[n] = leaving[n] * std::min(a, a / (2 - a) + (1 - a) / (1 + 1.5f * tau));
+      const float a = area[n];
+      smooth.block(b)[n] = leaving[n] * std::min(a, a / (2 - a) + (1 - a) / (1 + 1.5f * tau[n]));
     }
   });
   forEachBlock(topology.blockCount(), [&](size_t b) {

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "diffusion/model.h"
 #include "diffusion/walls.h"
-#include "medium/medium.h"
 #include "surfaces/surface_cuts.h"
 
 namespace vdb_diffuse {
@@ -28,11 +28,11 @@ class ReturnedLight {
   ReturnedLight(const Medium& medium, const Occluder& occluder, const std::vector<Surface>& surfaces,
                 const Walls& walls);
 
-  /// \param extinction  of the equation's medium, 1/(length density)
+  /// \param optics  of the equation's medium
   /// \param channel  of the surfaces' albedos
   /// \return the factor min(1, x / min(a, m)) on the area factors, in (0, 1]; 1 where a voxel has no outer
   /// face
-  Field<float> factors(double extinction, int channel) const;
+  Field<float> factors(const ChannelOptics& optics, int channel) const;
 
  private:
   const Medium& medium_;

@@ -16,7 +16,7 @@ constexpr double kThickestVoxels = 8;
 std::string whyNotSwept(const Medium& medium, Model model) {
   double depth = 0;
   for (int c = 0; c < 3; ++c)
-    depth = std::max(depth, meanDepth(medium, channelOptics(medium.optics, c, model, 2).sigma_t_beam).plain);
+    depth = std::max(depth, meanDepth(medium, channelOptics(medium, c, model, 2)).plain);
   if (depth <= kThickestVoxels) return "";
   char text[160];
   std::snprintf(

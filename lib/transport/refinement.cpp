@@ -82,7 +82,7 @@ class Refinement {
     }
     slopes_ = std::make_unique<VoxelSlopes>(channel, medium_);
     std::unique_ptr<SurfaceLight> around;
-    const double depth = meanDepth(medium_, e.optics.sigma_t_beam).by_density;
+    const double depth = meanDepth(medium_, e.optics).by_density;
     ErrorEstimate estimate(depth, medium_.optics.g);
     double last_change = HUGE_VAL;
     // What few directions bring to a ground they bring in spots, and take back from those.
@@ -235,8 +235,9 @@ class Refinement {
       size_t count = 0;
       const float* rho = medium_.density.values.block(b);
       for (auto it = topology.active(b).beginOn(); it; ++it) {
-        count += e.profile(rho[it.pos()]).r > kMostResistance;
-        count += returned && returned->block(b)[it.pos()] < kLeastReturned;
+        const int n = static_cast<int>(it.pos());
+        count += e.profile(e.optics.at(b, n), rho[n]).r > kMostResistance;
+        count += returned && returned->block(b)[n] < kLeastReturned;
       }
       return count;
     });
@@ -258,15 +259,15 @@ class Refinement {
   Field<float> imbalance(const ChannelSolution& channel, const SweepResult& swept) const {
     const Equation& e = channel.equation;
     const Topology& topology = medium_.topology();
-    const double tau_s = e.optics.sigma_s * e.h * channel.scale, tau_a = e.optics.sigma_a * e.h;
     const Field<float>* glow = channel.beams.glow;
-    const double emission = glow ? tau_a * medium_.optics.emission_scale * channel.scale : 0;
     Field<float> R(topology);
     forEachBlock(topology.blockCount(), [&](size_t b) {
       const float* rho = medium_.density.values.block(b);
       for (auto it = topology.active(b).beginOn(); it; ++it) {
         const int n = static_cast<int>(it.pos());
-        const double Q = emission != 0 ? emission * glow->block(b)[n] : 0;
+        const ChannelOptics there = e.optics.at(b, n);
+        const double tau_s = there.sigma_s * e.h * channel.scale, tau_a = there.sigma_a * e.h;
+        const double Q = glow ? tau_a * medium_.optics.emission_scale * channel.scale * glow->block(b)[n] : 0;
         R.block(b)[n] = static_cast<float>(
             rho[n] * (tau_s * channel.beams.Q0->block(b)[n] + Q - tau_a * swept.mean.block(b)[n]) -
             swept.divergence.block(b)[n]);
@@ -278,13 +279,14 @@ class Refinement {
 
 }  // namespace
 
-MeanDepth meanDepth(const Medium& medium, double sigma_t) {
+MeanDepth meanDepth(const Medium& medium, const ChannelOptics& optics) {
   const Topology& topology = medium.topology();
   struct Sums {
-    double voxels = 0, density = 0, square = 0;
+    double voxels = 0, density = 0, plain = 0, square = 0;
     void operator+=(const Sums& o) {
       voxels += o.voxels;
       density += o.density;
+      plain += o.plain;
       square += o.square;
     }
   };
@@ -292,15 +294,18 @@ MeanDepth meanDepth(const Medium& medium, double sigma_t) {
     Sums sum;
     const float* rho = medium.density.values.block(b);
     for (int n = 0; n < kBlockVoxels; ++n) {
+      const double part = optics.albedo_field ? optics.at(b, n).sigma_t_beam / optics.sigma_t_beam : 1;
+      const double met = part * rho[n];
       sum.voxels += rho[n] > 0;
       sum.density += rho[n];
-      sum.square += static_cast<double>(rho[n]) * rho[n];
+      sum.plain += met;
+      sum.square += met * rho[n];
     }
     return sum;
   });
-  if (!(sums.density > 0)) return {};
-  const double per_density = sigma_t * medium.transform().meanVoxelSize();
-  return {per_density * sums.density / sums.voxels, per_density * sums.square / sums.density};
+  if (!(sums.density > 0 && optics.sigma_t_beam > 0)) return {};
+  const double per_density = optics.sigma_t_beam * medium.transform().meanVoxelSize();
+  return {per_density * sums.plain / sums.voxels, per_density * sums.square / sums.density};
 }
 
 std::function<void(ChannelSolution&)> transportRefinement(const Medium& medium,

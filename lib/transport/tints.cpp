@@ -37,7 +37,7 @@ void addFields(const Channels& part, Channels& sum) {
 
 std::vector<TintedLight> splitByTint(const Medium& medium, const std::vector<Surface>& surfaces,
                                      const LightGroup& group) {
-  if (!medium.optics.grey() || greyLights(group.lights) || !greySurfaces(surfaces)) return {};
+  if (!medium.greyOptics() || greyLights(group.lights) || !greySurfaces(surfaces)) return {};
   if (group.emission && medium.emission.size() > 1) return {};
   std::vector<TintedLight> tints;
   const auto of = [&](const Vec3d& tint) -> LightGroup& {

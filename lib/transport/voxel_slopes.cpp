@@ -22,8 +22,9 @@ double slopeThatStays(double tau) {
 /// dimensions.
 constexpr double kAtOnce = 0.5;
 
-double extinctionPerVoxel(const ChannelSolution& channel) {
-  return channel.equation.optics.sigma_t_beam * channel.equation.h;
+/// Optical depth of a voxel of density 1.
+double extinctionAt(const ChannelSolution& channel, size_t b, int n) {
+  return channel.equation.optics.at(b, n).sigma_t_beam * channel.equation.h;
 }
 
 VectorField ofEquation(const ChannelSolution& channel, const Medium& medium) {
@@ -36,11 +37,12 @@ VectorField ofEquation(const ChannelSolution& channel, const Medium& medium) {
 }  // namespace
 
 VoxelSlopes::VoxelSlopes(const ChannelSolution& channel, const Medium& medium) {
-  const float extinction = static_cast<float>(extinctionPerVoxel(channel));
   const size_t thick = sumOverBlocks<size_t>(medium.topology().blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
-    return static_cast<size_t>(
-        std::count_if(rho, rho + kBlockVoxels, [&](float r) { return sweptPart(extinction * r) > 0; }));
+    size_t count = 0;
+    for (int n = 0; n < kBlockVoxels; ++n)
+      count += sweptPart(static_cast<float>(extinctionAt(channel, b, n)) * rho[n]) > 0;
+    return count;
   });
   if (thick > 0) own_ = ofEquation(channel, medium);
 }
@@ -48,12 +50,11 @@ VoxelSlopes::VoxelSlopes(const ChannelSolution& channel, const Medium& medium) {
 VectorField VoxelSlopes::now(const ChannelSolution& channel, const Medium& medium) const {
   VectorField slope = ofEquation(channel, medium);
   if (!needsSwept()) return slope;
-  const float extinction = static_cast<float>(extinctionPerVoxel(channel));
   forEachBlock(medium.topology().blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
     for (auto it = medium.topology().active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
-      const float part = sweptPart(extinction * rho[n]);
+      const float part = sweptPart(static_cast<float>(extinctionAt(channel, b, n)) * rho[n]);
       for (int a = 0; a < 3; ++a) {
         float& value = slope[a].block(b)[n];
         value += part * (own_[a].block(b)[n] - value);
@@ -65,14 +66,13 @@ VectorField VoxelSlopes::now(const ChannelSolution& channel, const Medium& mediu
 
 void VoxelSlopes::update(const ChannelSolution& channel, const Medium& medium, const VectorField& swept,
                          const VectorField& correction) {
-  const double extinction = extinctionPerVoxel(channel);
-  const double albedo = channel.equation.optics.sigma_s / channel.equation.optics.sigma_t_beam;
   forEachBlock(medium.topology().blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
     for (auto it = medium.topology().active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
       // A slope scatters into itself within a thick voxel, and alone would take many sweeps to settle.
-      const double stays = albedo * slopeThatStays(extinction * rho[n]),
+      const double albedo = channel.equation.optics.at(b, n).albedo();
+      const double stays = albedo * slopeThatStays(extinctionAt(channel, b, n) * rho[n]),
                    onward = kAtOnce * stays / (1 - stays);
       for (int a = 0; a < 3; ++a) {
         float& slope = own_[a].block(b)[n];

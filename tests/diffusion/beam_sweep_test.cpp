@@ -50,7 +50,8 @@ FirstScatter lit(const Medium& medium, const Scene& scene, int rays, bool exact_
 TEST(BeamSweep, AgreesWithMarchingFromEveryVoxel) {
   for (const double g : {0.0, 0.7})
     for (const Vec3d& direction : {Vec3d(0.3, -0.5, -1), Vec3d(-1, 0.9, 0.2), Vec3d(0.1, 1, 0.95)}) {
-      const Medium medium = lumpyMedium(g);
+      Medium medium = lumpyMedium(g);
+      if (g > 0) setAlbedo(medium, [](Coord p, int) { return hashed(p); });
       const Scene scene = sunAlong(direction);
       const FirstScatter march = lit(medium, scene, 256, true), sweep = lit(medium, scene, 256, false);
       EXPECT_LT(relativeRms(medium.topology(), sweep.direct[0], march.direct[0]), 0.005);
@@ -77,6 +78,8 @@ TEST(BeamSweep, BlocksSeeTheRaysThatAreFollowedOneByOne) {
     for (const Vec3d& direction : {Vec3d(0.3, -0.5, -1), Vec3d(-1, 0.9, 0.2), Vec3d(0.1, 1, 0.6)}) {
       Medium medium = lumpyMedium(g);
       medium.optics.sigma_s = Vec3d(1.8, 1.2, 0.6);
+      setAlbedo(
+          medium, [](Coord p, int c) { return hashed(p, c); }, 3);
       Scene scene = sunAlong(direction);
       const auto find = [&] {
         FirstScatterSettings settings;
@@ -146,6 +149,38 @@ TEST(BeamSweep, IsExactAlongAnAxis) {
         before += tau;
       }
     }
+}
+
+// What an albedo field takes of the light that scatters straight on, f = g^2 of all, the beam loses.
+TEST(BeamSweep, AnAlbedoFieldDimsTheRescaledBeamAlone) {
+  Medium medium = lumpyMedium(0.7);
+  setAlbedo(
+      medium, [](Coord p, int c) { return c == 0 ? hashed(p) : 0.5; }, 3);
+  for (const bool march : {false, true}) {
+    const FirstScatter light = lit(medium, sunAlong(Vec3d(0, 0, -1)), 1, march);
+    const Topology& topology = medium.topology();
+    ASSERT_EQ(light.beam.size(), 3u);
+    for (int c = 0; c < 3; ++c)
+      for (int x = 0; x < 20; x += 3)
+        for (int y = 0; y < 17; y += 2) {
+          double before = 0, before_beam = 0;
+          for (int z = 22; z >= 0; --z) {
+            const Coord p(x, y, z);
+            if (!topology.isActive(p)) continue;
+            const double rho = 0.5 * medium.density.values.at(topology, p), a = c == 0 ? hashed(p) : 0.5;
+            const auto mean = [](double passed, double tau) {
+              return std::exp(-passed) * (tau > 0 ? -std::expm1(-tau) / tau : 1) / (4 * M_PI);
+            };
+            const double tau = 2 * rho, tau_beam = (2 - 0.49 * a * 1.8) * rho;
+            EXPECT_NEAR(light.direct[c].at(topology, p), mean(before, tau), 1e-6 * mean(before, tau) + 1e-12);
+            EXPECT_NEAR(light.beam[c].at(topology, p), mean(before_beam, tau_beam),
+                        1e-6 * mean(before_beam, tau_beam) + 1e-12)
+                << p << c;
+            before += tau;
+            before_beam += tau_beam;
+          }
+        }
+  }
 }
 
 // What the rays lose the voxels gain, at any angle: extinction in the voxels is E (1 - exp(-tau)) over the

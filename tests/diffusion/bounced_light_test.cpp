@@ -56,7 +56,8 @@ TEST(BouncedLight, SumsTheBouncesInAClosedRoom) {
     Scene scene;
     scene.surfaces.push_back({"room", ball(3, 3), Vec3d(R, 0.5 * R, R)});
     const Occluder occluder(scene.surfaces);
-    const BouncedLight light(medium, Vec3d(1e-9), scene.surfaces, occluder, constantLight);
+    const BeamMedium beams(medium, Model::kDefault, 1);
+    const BouncedLight light(beams, scene.surfaces, occluder, constantLight);
     const Vec3d p = scene.surfaces[0].mesh.positions[15];
     const SurfacePoint inner{p, -p.unit()};
     const TwofoldLight E = light.irradiance(0, 5, false, inner);
@@ -78,7 +79,8 @@ TEST(BouncedLight, IsNothingAboveAPlane) {
       {"ground", quad(Vec3d(-1e4, -1e4, -1), Vec3d(2e4, 0, 0), Vec3d(0, 2e4, 0)), Vec3d(1)});
   scene.surfaces.push_back({"black", quad(Vec3d(-2, -2, 2), Vec3d(4, 0, 0), Vec3d(0, 4, 0)), Vec3d(0)});
   const Occluder occluder(scene.surfaces);
-  const BouncedLight light(medium, Vec3d(1), scene.surfaces, occluder, constantLight);
+  const BeamMedium beams(medium, Model::kDefault, 1);
+  const BouncedLight light(beams, scene.surfaces, occluder, constantLight);
   EXPECT_EQ(light.bounces(), 0);
   EXPECT_EQ(light.irradiance(0, 0, true, {Vec3d(0, 0, -1), Vec3d(0, 0, 1)}).direct, Vec3d(0));
 }

@@ -17,7 +17,9 @@ Returned returned(const Medium& medium, double extinction) {
   const Occluder nothing{std::vector<Surface>{}};
   const std::vector<Surface> surfaces;
   const Walls walls;
-  Returned r{ReturnedLight(medium, nothing, surfaces, walls).factors(extinction, 0)};
+  ChannelOptics optics;
+  optics.sigma_t_beam = extinction;
+  Returned r{ReturnedLight(medium, nothing, surfaces, walls).factors(optics, 0)};
   double count = 0;
   forEachVoxel(medium.topology(), [&](Coord p, size_t i) {
     EXPECT_TRUE(r.factor[i] > 0.01f && r.factor[i] <= 1) << p;  // beta is at most 0.98
