@@ -50,8 +50,9 @@ Field<VoxelLight<kChannels>> emittedToward(const Camera& camera, const LitVolume
         const double tint = mean > 0 ? diffuse / mean : 1;
         const double scattered = valueOf(lit.direct, c, i) + diffuse + along * tint;
         const double Q = valueOf(medium.emission, c, i) * optics.emission_scale;
-        voxel.emitted[c] =
-            static_cast<float>(rho * (optics.sigma_s[c] * std::max(0.0, scattered) + optics.sigma_a[c] * Q));
+        const double sigma_s = optics.sigma_s[c] * (medium.albedo.empty() ? 1 : valueOf(medium.albedo, c, i));
+        const double sigma_a = medium.absorptionIn(c, i);
+        voxel.emitted[c] = static_cast<float>(rho * (sigma_s * std::max(0.0, scattered) + sigma_a * Q));
       }
     }
   });

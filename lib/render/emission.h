@@ -25,7 +25,8 @@ struct VoxelLight {
 /// Whether one channel describes both the medium and its light.
 bool grey(const LitVolume& lit);
 
-/// emitted = rho ( sigma_s max(0, direct + diffuse + g I1.s) + sigma_a Q ), I1 = 3 flux / (4 pi), with s the
+/// emitted = rho ( sigma_s max(0, direct + diffuse + g I1.s) + sigma_a Q ), I1 = 3 flux / (4 pi), sigma_s and
+/// sigma_a those of the voxel, with s the
 /// direction from the voxel's centre to the camera: S{I} of theory with p = 1 + 3 g s.s'. Where the light is
 /// coloured, I1 takes the colour of `diffuse`, as flux is a luminance. `direct` counts as isotropic: its
 /// first moment is not stored.
