@@ -2,7 +2,9 @@
 
 #include <openvdb/openvdb.h>
 
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <type_traits>
 #include <utility>
 
@@ -87,23 +89,38 @@ struct ValueSums {
   }
 };
 
+struct ComponentSums {
+  ValueSums of[3];
+  ComponentSums& operator+=(const ComponentSums& o) {
+    for (int c = 0; c < 3; ++c) of[c] += o.of[c];
+    return *this;
+  }
+};
+
 template <typename Tree>
 void takeCensus(const Tree& tree, Census& result) {
   using Leaf = typename Tree::LeafNodeType;
   constexpr int kComponents = componentCount<typename Tree::ValueType>();
   std::vector<const Leaf*> leaves;
   tree.getNodes(leaves);
-  ValueSums sums = sumOverBlocks<ValueSums>(leaves.size(), [&](size_t l) {
-    ValueSums s;
+  ComponentSums each = sumOverBlocks<ComponentSums>(leaves.size(), [&](size_t l) {
+    ComponentSums s;
     for (auto value = leaves[l]->cbeginValueOn(); value; ++value)
-      for (int c = 0; c < kComponents; ++c) s.add(component(*value, c), 1);
+      for (int c = 0; c < kComponents; ++c) s.of[c].add(component(*value, c), 1);
     return s;
   });
   result.tiles_by_width = {0, 0, 0};
   forEachActiveTile(tree, [&](const auto& value, const Coord&, uint64_t width) {
     ++result.tiles_by_width[width <= 8 ? 0 : width <= 128 ? 1 : 2];
-    for (int c = 0; c < kComponents; ++c) sums.add(component(value, c), width * width * width);
+    for (int c = 0; c < kComponents; ++c) each.of[c].add(component(value, c), width * width * width);
   });
+  ValueSums sums;
+  for (int c = 0; c < kComponents; ++c) {
+    const ValueSums& s = each.of[c];
+    sums += s;
+    result.components.push_back(
+        {s.finite ? s.lowest : 0, s.finite ? s.highest : 0, component(tree.background(), c)});
+  }
   result.has_values = true;
   if (sums.finite > 0) {
     result.lowest_value = sums.lowest;
@@ -185,32 +202,50 @@ void freeze(const GridBase& grid, const Tree& tree, uint64_t max_bytes, GridValu
   });
 }
 
+/// What lies outside a grid's active voxels, to a place between them; what lies far outside is zero, or the
+/// background.
+enum class Outside { kZero, kUnknown, kBackground };
+
+/// Told of the places that a grid has nothing for; may be empty.
+using Missed = std::function<void(size_t block, int voxel)>;
+
+/// Fields that hold in active voxels what is far outside.
+template <typename Grid>
+void fillWithOutside(const Grid& grid, const Topology& topology, Outside outside, Channels& result) {
+  using Value = typename Grid::ValueType;
+  for (int c = 0; c < componentCount<Value>(); ++c)
+    result.emplace_back(topology, outside == Outside::kBackground
+                                      ? static_cast<float>(component(grid.background(), c))
+                                      : 0.0f);
+}
+
 /// What the grid holds at the active voxels of the same place, one field per component.
 template <typename Grid>
-void copy(const Grid& grid, const Topology& topology, Channels& result) {
+void copy(const Grid& grid, const Topology& topology, Outside outside, const Missed& missed,
+          Channels& result) {
   using Value = typename Grid::ValueType;
-  result.assign(componentCount<Value>(), Field<float>(topology));
+  fillWithOutside(grid, topology, outside, result);
   forEachBlock(topology.blockCount(), [&](size_t b) {
     auto accessor = grid.getConstAccessor();
     for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
       Value value;
-      if (!accessor.probeValue(topology.origin(b) + voxelLocal(voxel.pos()), value)) continue;
+      if (!accessor.probeValue(topology.origin(b) + voxelLocal(voxel.pos()), value)) {
+        if (missed) missed(b, static_cast<int>(voxel.pos()));
+        continue;
+      }
       for (int c = 0; c < componentCount<Value>(); ++c)
         result[c].block(b)[voxel.pos()] = static_cast<float>(component(value, c));
     }
   });
 }
 
-/// What lies outside a grid's active voxels, to a place between them.
-enum class Outside { kZero, kUnknown };
-
 template <typename Grid>
 void sample(const Grid& grid, const Transform& transform, const Volume& target, Outside outside,
-            Channels& result) {
+            const Missed& missed, Channels& result) {
   using Value = typename Grid::ValueType;
   constexpr int kComponents = componentCount<Value>();
   const Topology& topology = *target.topology;
-  result.assign(kComponents, Field<float>(topology));
+  fillWithOutside(grid, topology, outside, result);
   forEachBlock(topology.blockCount(), [&](size_t b) {
     auto accessor = grid.getConstAccessor();
     for (auto voxel = topology.active(b).beginOn(); voxel; ++voxel) {
@@ -218,8 +253,10 @@ void sample(const Grid& grid, const Transform& transform, const Volume& target, 
       const Vec3d q = transform.toIndex(target.transform.toWorld(p.asVec3d()));
       // Beyond the range of coordinates there is nothing to read, and no integer to round to.
       if (!(std::abs(q[0]) < kFarthestVoxel && std::abs(q[1]) < kFarthestVoxel &&
-            std::abs(q[2]) < kFarthestVoxel))
+            std::abs(q[2]) < kFarthestVoxel)) {
+        if (missed) missed(b, static_cast<int>(voxel.pos()));
         continue;
+      }
       const Coord corner = Coord::floor(q);
       const Vec3d f = q - corner.asVec3d();
       double sum[kComponents] = {}, weights = 0;
@@ -232,6 +269,7 @@ void sample(const Grid& grid, const Transform& transform, const Volume& target, 
         for (int c = 0; c < kComponents; ++c) sum[c] += weight * component(value, c);
       }
       if (outside == Outside::kZero) weights = 1;
+      if (!(weights > 0) && missed) missed(b, static_cast<int>(voxel.pos()));
       for (int c = 0; c < kComponents && weights > 0; ++c)
         result[c].block(b)[voxel.pos()] = static_cast<float>(sum[c] / weights);
     }
@@ -337,16 +375,16 @@ bool sameVoxels(const Transform& a, const Transform& b, const Topology& where) {
 namespace {
 
 /// A copy, or samples where the voxels are others'.
-Channels valuesOnto(const GridBase& grid, const Volume& target, Outside outside) {
+Channels valuesOnto(const GridBase& grid, const Volume& target, Outside outside, const Missed& missed = {}) {
   const Transform transform = transformOf(grid);
   requireNearVoxels(grid);
   const bool same = sameVoxels(transform, target.transform, *target.topology);
   Channels result;
   const bool known = grid.apply<ValueGrids>([&](const auto& typed) {
     if (same)
-      copy(typed, *target.topology, result);
+      copy(typed, *target.topology, outside, missed, result);
     else
-      sample(typed, transform, target, outside, result);
+      sample(typed, transform, target, outside, missed, result);
   });
   if (!known) throw InputError(called(grid) + "holds " + grid.valueType() + ", not float or vec3s");
   return result;
@@ -362,6 +400,20 @@ Field<float> sampleOnto(const GridBase& grid, const Volume& target) {
 
 Channels interpolateOnto(const GridBase& grid, const Volume& target) {
   return valuesOnto(grid, target, Outside::kUnknown);
+}
+
+FilledValues fillOnto(const GridBase& grid, const Volume& target) {
+  FilledValues filled;
+  std::atomic<uint64_t> outside{0};
+  filled.channels = valuesOnto(grid, target, Outside::kBackground,
+                               [&](size_t b, int n) { outside += target.values.block(b)[n] > 0; });
+  filled.outside = outside;
+  grid.apply<ValueGrids>([&](const auto& typed) {
+    using Value = typename std::decay_t<decltype(typed)>::ValueType;
+    for (int c = 0; c < componentCount<Value>(); ++c)
+      filled.background[c] = static_cast<float>(component(typed.background(), c));
+  });
+  return filled;
 }
 
 std::shared_ptr<GridBase> gridOf(const Topology& topology, const Channels& channels,

@@ -47,6 +47,11 @@ struct Census {
   bool has_values = false;  ///< the rest counts active values, components together; only then
   double lowest_value = 0, highest_value = 0, mean = 0;  ///< of the finite ones
   uint64_t zeros = 0, negatives = 0, nonfinites = 0;
+  struct Component {
+    double lowest, highest;  ///< of the finite active values; 0 where there are none
+    double background;       ///< what the tree holds where it has nothing
+  };
+  std::vector<Component> components;
 };
 Census census(const openvdb::GridBase& grid);
 
@@ -65,6 +70,14 @@ Field<float> sampleOnto(const openvdb::GridBase& grid, const Volume& target);
 /// copy where both have the same voxels, else trilinear between those that are active around a place; zero
 /// where none is. For what a volume's rim has as its inside does, as light: it does not fade there.
 Channels interpolateOnto(const openvdb::GridBase& grid, const Volume& target);
+
+/// The same for what is there outside the grid's active voxels as well: where none is near, the background.
+struct FilledValues {
+  Channels channels;
+  std::array<float, 3> background{0, 0, 0};
+  uint64_t outside = 0;  ///< voxels of the target with a value above zero that took the background
+};
+FilledValues fillOnto(const openvdb::GridBase& grid, const Volume& target);
 
 /// Voxels of both lie within a thousandth of a voxel of each other, all over `where`.
 bool sameVoxels(const Transform& a, const Transform& b, const Topology& where);

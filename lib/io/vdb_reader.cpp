@@ -91,6 +91,23 @@ void requireRange(const std::string& name, const std::string& what, const Topolo
                    (bad.too_large ? "; rescale the grid" : "; mend the grid, or set it to 0 by --clamp"));
 }
 
+/// Clamps the active values to 0..1; how many voxels with a value of `where` above zero that changed.
+uint64_t clampToUnit(const Volume& where, Channels& channels) {
+  return sumOverBlocks<uint64_t>(where.topology->blockCount(), [&](size_t b) {
+    uint64_t count = 0;
+    for (auto voxel = where.topology->active(b).beginOn(); voxel; ++voxel) {
+      bool changed = false;
+      for (Field<float>& values : channels) {
+        float& v = values.block(b)[voxel.pos()];
+        changed = changed || !(v >= 0 && v <= 1);
+        v = std::clamp(v, 0.0f, 1.0f);
+      }
+      count += changed && where.values.block(b)[voxel.pos()] > 0;
+    }
+    return count;
+  });
+}
+
 /// Refuses a tree that would not fit before OpenVDB makes its nodes. In a damaged file, or one made to do
 /// harm, nodes are many times larger in memory than on the disk.
 void requireMemory(const std::string& start, uint64_t tree_bytes) {
@@ -293,6 +310,23 @@ Channels VdbFile::readChannelsOnto(const std::string& name, const Volume& target
     for (Field<float>& values : channels)
       requireRange(name, "value", *target.topology, values, Sign::kAny, settings.clamp);
     return channels;
+  });
+}
+
+VdbFile::Factors VdbFile::readFactorsOnto(const std::string& name, const Volume& target,
+                                          const ReadSettings& settings) const {
+  return impl_->guarded([&] {
+    if (impl_->find(name).grid_class == "level set")
+      throw InputError("grid " + name + ": is a level set; what is wanted are colours, or numbers in 0..1");
+    FilledValues filled = fillOnto(*readGrid(name), target);
+    for (Field<float>& values : filled.channels)
+      requireRange(name, "value", *target.topology, values, Sign::kAny, settings.clamp);
+    Factors factors;
+    factors.clamped = clampToUnit(target, filled.channels);
+    factors.channels = std::move(filled.channels);
+    factors.background = filled.background;
+    factors.outside = filled.outside;
+    return factors;
   });
 }
 

@@ -58,6 +58,18 @@ class VdbFile {
   Channels readChannelsOnto(const std::string& name, const Volume& target,
                             const ReadSettings& settings = {}) const;
 
+  /// A float or vec3s grid of factors at the active voxels of `target`, interpolated between active voxels
+  /// where its own are others, and the background where it has none: what a renderer reads there. Values that
+  /// are not finite are refused, those outside 0..1 are clamped.
+  struct Factors {
+    Channels channels;
+    std::array<float, 3> background{0, 0, 0};
+    uint64_t clamped = 0;  ///< voxels with a value of `target` above zero that were
+    uint64_t outside = 0;  ///< likewise, that took the background
+  };
+  Factors readFactorsOnto(const std::string& name, const Volume& target,
+                          const ReadSettings& settings = {}) const;
+
   Census readCensus(const std::string& name) const;
   /// The grid as OpenVDB reads it.
   std::shared_ptr<const openvdb::GridBase> readGrid(const std::string& name) const;

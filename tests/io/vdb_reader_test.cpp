@@ -260,6 +260,59 @@ TEST_F(VdbReader, EmissionIsReadOntoTheDensitysVoxels) {
               [&] { file.readOnto("flam", density); });
 }
 
+// Where the grid has no active voxel a renderer reads its background; between active ones nothing fades.
+TEST_F(VdbReader, FactorsAreReadOntoTheDensitysVoxels) {
+  auto half = openvdb::Vec3SGrid::create(openvdb::Vec3f(0.25f, 0, 2));  // voxels of 0.5 about the density's
+  half->setName("half");
+  half->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+  half->transform().postTranslate(Vec3d(0.25, 0, 0));
+  half->fill(openvdb::CoordBBox(Coord(0), Coord(9)), openvdb::Vec3f(0.5f, -1, 3));
+  auto same = openvdb::FloatGrid::create(0.75f);
+  same->setName("same");
+  same->fill(openvdb::CoordBBox(Coord(-3), Coord(12, 12, 11)), 1.0f);
+  same->tree().setValueOn(Coord(1, 2, 3), 1.5f);
+  auto empty = fog("density");
+  empty->tree().setValueOn(Coord(0, 0, 12), 0);  // of which none is counted
+  const VdbFile file(write({empty, half, same}));
+  const Volume density = file.readDensity();
+  const VdbFile::Factors a = file.readFactorsOnto("same", density), b = file.readFactorsOnto("half", density);
+  ASSERT_EQ(a.channels.size(), 1u);
+  EXPECT_EQ(a.channels[0].at(*density.topology, Coord(4, 4, 4)), 1);
+  EXPECT_EQ(a.channels[0].at(*density.topology, Coord(4, 4, 12)), 0.75f);
+  EXPECT_EQ(a.channels[0].at(*density.topology, Coord(1, 2, 3)), 1);
+  EXPECT_EQ(a.clamped, 1u);
+  EXPECT_EQ(a.outside, 255u);
+  EXPECT_EQ(a.background[0], 0.75f);
+  ASSERT_EQ(b.channels.size(), 3u);
+  for (const auto& [p, value] : {std::pair(Coord(2, 3, 4), openvdb::Vec3f(0.5f, 0, 1)),
+                                 std::pair(Coord(5, 4, 4), openvdb::Vec3f(0.5f, 0, 1)),    // between 9 and 10
+                                 std::pair(Coord(6, 4, 4), openvdb::Vec3f(0.25f, 0, 1))})  // 11 and 12
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(b.channels[c].at(*density.topology, p), value[c]) << p << c;
+  EXPECT_EQ(b.outside, 4095u - 6 * 5 * 5);
+  EXPECT_EQ(b.clamped, 4095u);
+}
+
+TEST_F(VdbReader, FactorsThatAreNoNumbersAreRefused) {
+  auto bad = openvdb::Vec3SGrid::create(openvdb::Vec3f(1));
+  bad->setName("Cd");
+  bad->tree().setValueOn(Coord(5, 6, 7), openvdb::Vec3f(1, NAN, 0));
+  auto shape = fog("shape");
+  shape->setGridClass(openvdb::GRID_LEVEL_SET);
+  auto number = openvdb::Int32Grid::create(1);
+  number->setName("number");
+  const VdbFile file(write({fog("density"), bad, shape, number}));
+  const Volume density = file.readDensity();
+  expectError(ExitStatus::kInputRefused, {"in.vdb", "grid Cd", "nan", "(5,6,7)", "--clamp"},
+              [&] { file.readFactorsOnto("Cd", density); });
+  ReadSettings clamp;
+  clamp.clamp = true;
+  EXPECT_EQ(file.readFactorsOnto("Cd", density, clamp).channels[1].at(*density.topology, Coord(5, 6, 7)), 0);
+  expectError(ExitStatus::kInputRefused, {"grid shape", "level set"},
+              [&] { file.readFactorsOnto("shape", density); });
+  expectError(ExitStatus::kInputRefused, {"grid number", "holds int32"},
+              [&] { file.readFactorsOnto("number", density); });
+}
+
 // ---- real volumes
 
 std::string sample(const std::string& name) {
