@@ -111,7 +111,8 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   Baked baked{VdbFile(flags.input), scene.medium, {}, {}, {}, {}};
   Medium& medium = baked.medium;
   BakeStats& stats = baked.stats;
-  medium = flags.readMedium(baked.file, scene.medium);
+  std::vector<std::string> warnings;
+  medium = flags.readMedium(baked.file, scene.medium, warnings);
   stats.threads = flags.threadCount();
 
   DiffuseSettings settings;
@@ -136,6 +137,7 @@ Baked lightVolume(const BakeFlags& flags, const SceneFile& scene, const Progress
   } catch (const InputError& error) {  // which knows no files
     throw InputError(flags.input + ": " + error.what());
   }
+  result.warnings.insert(result.warnings.begin(), warnings.begin(), warnings.end());
   if (flags.error && result.estimated_error && *result.estimated_error > *flags.error)
     result.warnings.push_back(errorNotReached(result, *flags.error));
   if (coarser > 0 && flags.coarsen == "auto")

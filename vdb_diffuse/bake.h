@@ -39,8 +39,8 @@ ModelSettings modelOf(const BakeFlags& flags);
 /// The transport sweeps that are asked for, or that are usual.
 int sweepsOf(const BakeFlags& flags);
 
-/// What lighting a medium may take, in bytes. Counted in 4-byte fields over the blocks: density and emission;
-/// per channel the light, its vector means, and the results; then one solve.
+/// What lighting a medium may take, in bytes. Counted in 4-byte fields over the blocks: density, albedo and
+/// emission; per channel the light, its vector means, and the results; then one solve.
 double bakeBytes(const BakeFlags& flags, const Medium& medium);
 /// Halves the medium's resolution as often as --coarsen says, or as memory asks, before anything else is
 /// allocated. \return how often \throws InputError where it does not fit

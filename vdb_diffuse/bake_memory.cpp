@@ -13,8 +13,11 @@ double bakeBytes(const BakeFlags& flags, const Medium& medium) {
       13;  // r, p, q, z, w, b, x in double, operator of the finest level and the coarse ones
   constexpr double kSweep = 16;    // depth, source and its slopes, mean, divergence, correction and its solve
   constexpr double kMoments = 25;  // of source, light and beams
-  const double fields = 1 + medium.emission.size() + 3 * per_channel + (flux ? 6 : 0) + kSolve +
-                        (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
+  // the density that rescaled beams meet
+  const double beam_density =
+      medium.optics.g > 0 && !medium.albedo.empty() ? (medium.greyOptics() ? 1 : 3) : 0;
+  const double fields = 1 + medium.emission.size() + medium.albedo.size() + beam_density + 3 * per_channel +
+                        (flux ? 6 : 0) + kSolve + (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
   return fields * sizeof(float) * kBlockVoxels * medium.topology().blockCount();
 }
 

@@ -34,6 +34,7 @@ bool hasLamps(const Scene& scene) {
 /// "grid density and flame, with smoke.vdb"
 std::string readFrom(const BakeFlags& flags, const Medium& medium, const MediumSettings& words) {
   std::string line = "grid " + medium.density.name;
+  if (words.albedo_grid) line += " and " + *words.albedo_grid;
   if (words.emission) line += " and " + *words.emission;
   if (words.temperature) line += " and " + *words.temperature;
   for (const std::string& more : flags.more_inputs) line += ", with " + more;
@@ -46,7 +47,9 @@ void dryRun(const BakeFlags& flags) {
   checkFlags(flags);
   flags.check();
   const SceneFile scene = flags.scene.resolve();
-  Medium medium = flags.readMedium(VdbFile(flags.input), scene.medium);
+  std::vector<std::string> warnings;
+  Medium medium = flags.readMedium(VdbFile(flags.input), scene.medium, warnings);
+  for (const std::string& warning : warnings) flags.progress.logOf("bake").warning(warning);
   coarsenToFit(flags, medium);
   const double bytes = bakeBytes(flags, medium);
   const int channels = medium.grey() && greyScene(scene.scene) ? 1 : 3;

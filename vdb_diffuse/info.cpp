@@ -1,3 +1,4 @@
+#include <cctype>
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -61,6 +62,24 @@ void describeDepth(const VdbFile& file, const std::string& name, const Census& c
   out["optical_depth"] = depth;
 }
 
+/// Names that a grid of colours goes by, in whatever case.
+bool looksLikeAlbedo(std::string name) {
+  for (char& letter : name) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  for (const char* usual : {"cd", "albedo", "color", "colour"})
+    if (name == usual) return true;
+  return false;
+}
+
+/// How a grid of colours would serve the density as --albedo-grid.
+void describeAlbedo(const VdbFile& file, const std::string& name, Json& out) {
+  if (!file.has("density") || name == "density") return;
+  const Volume density = file.readDensity("density");
+  const VdbFile::Factors factors = file.readFactorsOnto(name, density);
+  uint64_t voxels = 0;
+  for (size_t i = 0; i < density.values.size(); ++i) voxels += density.values[i] > 0;
+  out["albedo"] = {{"density_voxels", voxels}, {"outside", factors.outside}, {"clamped", factors.clamped}};
+}
+
 Json describe(const VdbFile& file, const GridSummary& grid, double sigma_t) {
   Json out;
   out["name"] = grid.name;
@@ -87,13 +106,23 @@ Json describe(const VdbFile& file, const GridSummary& grid, double sigma_t) {
     out["values"] = {{"min", counts.lowest_value},   {"max", counts.highest_value},
                      {"mean", counts.mean},          {"zeros", counts.zeros},
                      {"negative", counts.negatives}, {"nonfinite", counts.nonfinites}};
+    Json ranges = Json::array(), background = Json::array();
+    for (const Census::Component& c : counts.components) {
+      ranges.push_back({c.lowest, c.highest});
+      background.push_back(c.background);
+    }
+    out["values"]["components"] = ranges;
+    out["background"] = background;
   }
   // What is odd about a grid is told, and does not keep the others from being listed.
   try {
     describePlace(transformOf(*file.readGrid(grid.name)), counts, out);
     const bool fog =
         (grid.value_type == "float" || grid.value_type == "double") && grid.grid_class != "level set";
-    if (fog && counts.nonfinites == 0) describeDepth(file, grid.name, counts, sigma_t, out);
+    if (looksLikeAlbedo(grid.name))
+      describeAlbedo(file, grid.name, out);
+    else if (fog && counts.nonfinites == 0)
+      describeDepth(file, grid.name, counts, sigma_t, out);
   } catch (const InputError& error) {
     out["note"] = error.what();
   }
@@ -142,6 +171,23 @@ void print(const Json& grid) {
     std::cout << "  values         " << number(v["min"]) << " .. " << number(v["max"]) << ", mean "
               << number(v["mean"]) << "; " << v["zeros"] << " zero, " << v["negative"] << " negative, "
               << v["nonfinite"] << " not finite\n";
+    if (v["components"].size() > 1) {
+      std::cout << "  components     ";
+      for (size_t c = 0; c < v["components"].size(); ++c)
+        std::cout << (c ? "; " : "") << number(v["components"][c][0]) << " .. "
+                  << number(v["components"][c][1]);
+      std::cout << "\n";
+    }
+    std::cout << "  background     ";
+    for (size_t c = 0; c < grid["background"].size(); ++c)
+      std::cout << (c ? ", " : "") << number(grid["background"][c]);
+    std::cout << "\n";
+  }
+  if (grid.contains("albedo")) {
+    const Json& albedo = grid["albedo"];
+    std::cout << "  as albedo      by --albedo-grid " << grid["name"].get<std::string>() << ": of "
+              << albedo["density_voxels"] << " voxels of the density, " << albedo["outside"]
+              << " take the background and " << albedo["clamped"] << " are clamped to 0..1\n";
   }
   if (grid.contains("optical_depth")) {
     const Json& depth = grid["optical_depth"];

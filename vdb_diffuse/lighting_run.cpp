@@ -125,14 +125,15 @@ int LightingFlags::threadCount() const {
   return threads > 0 ? std::min(threads, all) : all;
 }
 
-Medium LightingFlags::readMedium(const VdbFile& file, const MediumSettings& words) const {
+Medium LightingFlags::readMedium(const VdbFile& file, const MediumSettings& words,
+                                 std::vector<std::string>& warnings) const {
   ReadSettings reading;
   reading.clamp = clamp;
   std::vector<VdbFile> others;
   for (const std::string& path : more_inputs) others.emplace_back(path);
   std::vector<const VdbFile*> files{&file};
   for (const VdbFile& other : others) files.push_back(&other);
-  return vdb_diffuse::readMedium(files, words, reading);
+  return vdb_diffuse::readMedium(files, words, reading, warnings);
 }
 
 Metadata LightingFlags::metadataOf(const Medium& medium, const MediumSettings& words) const {
@@ -145,6 +146,7 @@ Metadata LightingFlags::metadataOf(const Medium& medium, const MediumSettings& w
   }
   m["g"] = medium.optics.g;
   m["emission_scale"] = medium.optics.emission_scale;
+  if (words.albedo_grid) m["albedo_grid"] = *words.albedo_grid;
   if (words.emission) m["emission"] = *words.emission;
   if (words.temperature) {
     m["temperature"] = *words.temperature;
@@ -163,15 +165,19 @@ WriteReport LightingFlags::write(const VdbFile& file, const MediumSettings& word
   writing.half = half;
   writing.dilate = dilate;
   std::vector<std::string> kept = keep;
-  const std::string& density = medium.density.name;
-  if (more_inputs.empty() && !cutOf(words).any()) {
-    if (wants("density")) kept.push_back(density);
-  } else if (wants("density") || std::find(kept.begin(), kept.end(), density) != kept.end()) {
-    kept.erase(std::remove(kept.begin(), kept.end(), density), kept.end());
-    OutputGrid grid{density, "", {medium.density.values}, {}};
-    grid.as_is = true;
-    lighting.insert(lighting.begin(), std::move(grid));
-  }
+  const bool passed_through = more_inputs.empty() && !cutOf(words).any();
+  const auto pass = [&](const std::string& name, const Channels& values) {
+    if (passed_through) {
+      if (wants("density")) kept.push_back(name);
+    } else if (wants("density") || std::find(kept.begin(), kept.end(), name) != kept.end()) {
+      kept.erase(std::remove(kept.begin(), kept.end(), name), kept.end());
+      OutputGrid grid{name, "", values, {}};
+      grid.as_is = true;
+      lighting.insert(lighting.begin(), std::move(grid));
+    }
+  };
+  if (words.albedo_grid && *words.albedo_grid != medium.density.name) pass(*words.albedo_grid, medium.albedo);
+  pass(medium.density.name, {medium.density.values});
   return writeVdb(output, medium.density, std::move(lighting), writing, &file, kept);
 }
 

@@ -49,12 +49,15 @@ struct LightingFlags {
   int threadCount() const;
 
   /// \param file   the first input; the others are opened here
-  Medium readMedium(const VdbFile& file, const MediumSettings& words) const;
+  /// \param warnings   added to
+  Medium readMedium(const VdbFile& file, const MediumSettings& words,
+                    std::vector<std::string>& warnings) const;
 
   /// The version and the medium, for the grids of an output.
   Metadata metadataOf(const Medium& medium, const MediumSettings& words) const;
 
-  /// The density is passed through from `file`, or is the medium's where that is another.
+  /// The density, and with it the albedo grid, is passed through from `file`, or is the medium's where that
+  /// is another.
   WriteReport write(const VdbFile& file, const MediumSettings& words, const Medium& medium,
                     std::vector<OutputGrid> lighting) const;
 

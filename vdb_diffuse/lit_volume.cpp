@@ -37,6 +37,7 @@ MediumSettings mediumOf(const openvdb::MetaMap& metadata, const MediumSettings& 
     if (!setting) setting = value;
   };
   fill(medium.density, storedName(metadata, "density"));
+  fill(medium.albedo_grid, storedName(metadata, "albedo_grid"));
   if (!said.emission && !said.temperature) {
     medium.emission = storedName(metadata, "emission");
     medium.temperature = storedName(metadata, "temperature");
@@ -83,8 +84,14 @@ LitVolume readLitVolume(const std::string& path, const LitVolumeSettings& settin
                        ": the volume's own glow is not shown; bake with --keep " + *glow);
     glow.reset();
   }
+  if (said.albedo_grid && !settings.medium.albedo_grid && !file.has(*said.albedo_grid)) {
+    warnings.push_back(path + ": no grid " + *said.albedo_grid +
+                       ": the volume is shown without its own colours; bake with --keep " +
+                       *said.albedo_grid);
+    said.albedo_grid.reset();
+  }
   said.density = density;
-  medium = readMedium({&file}, said, settings.read);
+  medium = readMedium({&file}, said, settings.read, warnings);
   if (medium.topology().activeVoxelCount() == 0)
     throw InputError(path + ": grid " + density + ": has no active voxels: there is nothing to see");
   const auto values = [&](const std::string& name) {

@@ -100,7 +100,8 @@ void run(const ReferenceFlags& flags) {
   settings.progress = makeProgress(flags.progress);
   if (settings.progress) settings.progress("read", 0);
   const VdbFile file(flags.input);
-  const Medium medium = flags.readMedium(file, scene.medium);
+  std::vector<std::string> warnings;
+  const Medium medium = flags.readMedium(file, scene.medium, warnings);
   times.read = now() - start;
 
   settings.max_bytes = freeMemory();
@@ -110,6 +111,8 @@ void run(const ReferenceFlags& flags) {
   } catch (const InputError& error) {
     throw InputError(flags.input + ": " + error.what());
   }
+
+  result.warnings.insert(result.warnings.begin(), warnings.begin(), warnings.end());
 
   const double write_start = now();
   if (settings.progress) settings.progress("write", 0);

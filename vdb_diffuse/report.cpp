@@ -60,10 +60,10 @@ void checkWords(const ReportFlags& flags) {
     throw UsageError("--tolerance: a number between 0 and 1 is needed");
 }
 
-Medium readMedium(const ReportFlags& flags, const SceneFile& scene) {
+Medium readMedium(const ReportFlags& flags, const SceneFile& scene, std::vector<std::string>& warnings) {
   if (scene.scene.lights.empty() && !scene.medium.emission && !scene.medium.temperature)
     throw UsageError("no light: every method would be right; give one with --sun, --env or --scene");
-  Medium medium = flags.readMedium(VdbFile(flags.input), scene.medium);
+  Medium medium = flags.readMedium(VdbFile(flags.input), scene.medium, warnings);
   const Field<float>& rho = medium.density.values;
   if (std::all_of(rho.data(), rho.data() + rho.size(), [](float v) { return v == 0; }))
     throw InputError(flags.input + ": grid " + medium.density.name +
@@ -173,6 +173,7 @@ std::string subtitleOf(const Medium& medium, const Scene& scene, int threads) {
   };
   line << "scattering ";
   rgb(medium.optics.sigma_s);
+  if (!medium.albedo.empty()) line << " times an albedo grid";
   line << ", absorption ";
   rgb(medium.optics.sigma_a);
   line << ", g " << medium.optics.g << " · ";
@@ -193,8 +194,8 @@ void run(const ReportFlags& flags, ExitStatus& status) {
   const SceneFile scene = flags.scene.resolve();
   const OutputFolder folder(flags.output, {"report.csv", "report.svg", "report.png"});
   const auto limit = flags.limitThreads();
-  const Medium medium = readMedium(flags, scene);
   std::vector<std::string> warnings;
+  const Medium medium = readMedium(flags, scene, warnings);
   const std::vector<Measurement> rows =
       measureAll(flags, medium, scene.scene, makeProgress(flags.progress), warnings);
 

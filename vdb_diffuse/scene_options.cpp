@@ -88,6 +88,7 @@ void layGlow(const SceneOptions& o, MediumSettings& medium) {
 
 void layMedium(const SceneOptions& o, MediumSettings& medium) {
   if (o.density) medium.density = o.density;
+  if (o.albedo_grid) medium.albedo_grid = o.albedo_grid;
   layGlow(o, medium);
   if (o.min_density) medium.min_density = numberIn("--min-density", *o.min_density, 0);
   if (o.crop) medium.crop = boxIn("--crop", *o.crop);
@@ -124,6 +125,9 @@ void SceneOptions::addMediumTo(CLI::App& app, MediumDefaults defaults) {
   add("--sigma-a", sigma_a, "V", "Absorption per unit density", "0");
   add("--sigma-t", sigma_t, "V", "Extinction per unit density, with --albedo instead of the two above");
   add("--albedo", albedo, "V", "Share of --sigma-t that scatters, 0 to 1");
+  add("--albedo-grid", albedo_grid, "NAME",
+      "Grid of colours or numbers in 0..1, as Cd: scattering is times it, and absorption larger by what that "
+      "takes, so that extinction stays; in voxels that it does not have, its background");
   add("--g", g, "NUMBER", "Mean scattering cosine, between -1 and 1", "0");
   add("--emission", emission, "NAME", "Self-emission grid: radiance Q, emits sigma_a rho Q");
   add("--emission-scale", emission_scale, "NUMBER", "Factor on it", "1");

@@ -20,8 +20,8 @@ struct SceneOptions {
   std::optional<std::string> scene, sun, sun_irradiance, env, env_scale, occluder_albedo;
   std::vector<std::string> occluders;
   std::string up = "z";
-  std::optional<std::string> density, sigma_s, sigma_a, sigma_t, albedo, g, emission, emission_scale,
-      temperature, temperature_scale, blackbody_intensity, min_density, crop;
+  std::optional<std::string> density, sigma_s, sigma_a, sigma_t, albedo, albedo_grid, g, emission,
+      emission_scale, temperature, temperature_scale, blackbody_intensity, min_density, crop;
 
   /// The object must outlive the parsing, in its place.
   void addTo(CLI::App& app);

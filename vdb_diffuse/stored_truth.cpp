@@ -13,7 +13,8 @@ namespace vdb_diffuse {
 namespace {
 
 /// Numbers that a grid's metadata may hold, of the medium it was made for.
-void checkOptics(const std::string& path, const openvdb::MetaMap& metadata, const Optics& optics) {
+void checkOptics(const std::string& path, const openvdb::MetaMap& metadata, const Medium& medium) {
+  const Optics& optics = medium.optics;
   const auto check = [&](const std::string& name, double here) {
     const auto item = metadata.getMetadata<openvdb::DoubleMetadata>(name);
     if (!item || std::abs(item->value() - here) <= 1e-6 * std::max(std::abs(here), std::abs(item->value())))
@@ -29,6 +30,10 @@ void checkOptics(const std::string& path, const openvdb::MetaMap& metadata, cons
     check(std::string("sigma_a") + suffix[c], optics.sigma_a[c]);
   }
   check("g", optics.g);
+  const bool had_albedo = metadata["albedo_grid"] != nullptr;
+  if (metadata["generator"] && had_albedo == medium.albedo.empty())
+    throw InputError(path + ": was made with" + (had_albedo ? " an albedo grid" : "out an albedo grid") +
+                     "; give the flags that it was made with");
 }
 
 bool sameTopology(const Topology& a, const Topology& b) {
@@ -57,7 +62,7 @@ Truth readTruth(const std::string& path, const Medium& medium, std::vector<std::
                      ": grid diffuse: its voxels are not those of the density; make it for this volume, "
                      "without --dilate");
   const auto grid = file.readGrid("diffuse");
-  checkOptics(path, *grid, medium.optics);
+  checkOptics(path, *grid, medium);
   if (file.has("direct")) truth.direct = file.readValues("direct");
   if (const auto seed = grid->getMetadata<openvdb::StringMetadata>("seed"))
     truth.seed = std::strtoull(seed->value().c_str(), nullptr, 10);

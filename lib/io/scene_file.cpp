@@ -28,10 +28,12 @@ WorldBox boxOf(const Place& box) {
 }
 
 MediumSettings mediumOf(const Place& medium) {
-  medium.onlyKeys({"density", "sigma_s", "sigma_a", "sigma_t", "albedo", "g", "emission", "emission_scale",
-                   "temperature", "temperature_scale", "blackbody_intensity", "min_density", "crop"});
+  medium.onlyKeys({"density", "sigma_s", "sigma_a", "sigma_t", "albedo", "g", "albedo_grid", "emission",
+                   "emission_scale", "temperature", "temperature_scale", "blackbody_intensity", "min_density",
+                   "crop"});
   MediumSettings settings;
   if (medium.has("density")) settings.density = medium["density"].text();
+  if (medium.has("albedo_grid")) settings.albedo_grid = medium["albedo_grid"].text();
   if (medium.has("emission")) settings.emission = medium["emission"].text();
   if (medium.has("temperature")) settings.temperature = medium["temperature"].text();
   if (settings.emission && settings.temperature)

@@ -13,9 +13,9 @@ namespace vdb_diffuse {
 
 /// What a scene file or the command line says about the medium; what is absent keeps its default.
 struct MediumSettings {
-  std::optional<std::string> density, emission, temperature;  ///< names of grids
-  std::optional<Vec3d> sigma_s, sigma_a;                      ///< per unit density, 1/(length density), >= 0
-  std::optional<double> g;                                    ///< mean scattering cosine, -1 < g < 1
+  std::optional<std::string> density, emission, temperature, albedo_grid;  ///< names of grids
+  std::optional<Vec3d> sigma_s, sigma_a;      ///< per unit density, 1/(length density), >= 0
+  std::optional<double> g;                    ///< mean scattering cosine, -1 < g < 1
   std::optional<double> emission_scale;       ///< factor on the emission grid's radiance, >= 0
   std::optional<double> temperature_scale;    ///< kelvin per unit of the temperature grid, >= 0
   std::optional<double> blackbody_intensity;  ///< factor on the radiance of a black body, >= 0
