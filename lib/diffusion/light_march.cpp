@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "diffusion/beam_faces.h"
 #include "diffusion/source_shape.h"
@@ -31,21 +30,42 @@ Vec3d pointWithin(int ray, int rays) {
   return ray % 2 ? -u : u;
 }
 
-/// n x n points on each face of the voxel about `centre`: visit(p, axis, side), side -1 or 1.
+/// Places and weights on -1/2 .. 1/2 that integrate polynomials of degree 2n - 1 exactly (Gauss and
+/// Legendre). Light that enters a thick voxel through a side does so beside an edge, which evenly spaced
+/// points miss.
+std::vector<std::pair<double, double>> gaussRule(int n) {
+  std::vector<std::pair<double, double>> rule;
+  for (int i = 0; i < n; ++i) {
+    double x = std::cos(M_PI * (i + 0.75) / (n + 0.5)), slope = 1;
+    for (int step = 0; step < 6; ++step) {  // Newton's; p is the n-th Legendre polynomial
+      double p = 1, before = 0;
+      for (int k = 1; k <= n; ++k) {
+        const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
+        before = p;
+        p = next;
+      }
+      slope = n * (x * p - before) / (x * x - 1);
+      x -= p / slope;
+    }
+    rule.emplace_back(0.5 * x, 1 / ((1 - x * x) * slope * slope));
+  }
+  return rule;
+}
+
+/// n x n points on each face of the voxel about `centre`: visit(p, axis, side, weight), side -1 or 1.
 template <typename Visit>
 void forEachFacePoint(const Vec3d& centre, int n, const Visit& visit) {
-  int step = static_cast<int>(std::ceil(0.618 * n));
-  while (std::gcd(step, n) != 1) ++step;
+  const std::vector<std::pair<double, double>> rule = gaussRule(n);
   for (int face = 0; face < 6; ++face)
-    for (int i = 0; i < n * n; ++i) {
-      const int a = face / 2, side = face % 2 ? 1 : -1;
-      Vec3d p = centre;
-      p[a] += 0.5 * side;
-      const int u = i % n, v = i / n;  // all at other heights along either side, by a golden step
-      p[(a + 1) % 3] += (u + (v * step % n + 0.5) / n) / n - 0.5;
-      p[(a + 2) % 3] += (v + (u * step % n + 0.5) / n) / n - 0.5;
-      visit(p, a, side);
-    }
+    for (const auto& [u, of_u] : rule)
+      for (const auto& [v, of_v] : rule) {
+        const int a = face / 2, side = face % 2 ? 1 : -1;
+        Vec3d p = centre;
+        p[a] += 0.5 * side;
+        p[(a + 1) % 3] += u;
+        p[(a + 2) % 3] += v;
+        visit(p, a, side, of_u * of_v);
+      }
 }
 
 Vec3d alongAxes(const Transform& transform, const Vec3d& direction) {
@@ -291,10 +311,10 @@ void LightMarch::addThroughFaces(const Light& light, int points, const Coord& vo
                                  const TwofoldDensity& density, Gathered& sum) const {
   const Transform& transform = medium_.transform();
   const Vec3d centre = voxel.asVec3d();
-  const double area = 1.0 / (points * points), far = wayOf(light, transform.toWorld(centre)).length();
+  const double far = wayOf(light, transform.toWorld(centre)).length();
   /// enters(p, d, weight): d per world length, weight the part of the face across it as seen from the light
   const auto forEachEntry = [&](const auto& enters) {
-    forEachFacePoint(centre, points, [&](const Vec3d& p, int a, int side) {
+    forEachFacePoint(centre, points, [&](const Vec3d& p, int a, int side, double area) {
       const Vec3d way = wayOf(light, transform.toWorld(p));
       const double r = way.length();
       const Vec3d d = transform.directionToIndex(way / r);

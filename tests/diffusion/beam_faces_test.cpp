@@ -103,8 +103,8 @@ TEST(LightMarch, OpaqueVoxelsScatterAllOfALampsLight) {
                  [&](Coord, size_t i) { scattered += 4 * M_PI * depth * light.direct[0][i]; });
     const double solid_angle =
         4 * std::atan(kHalf * kHalf / (kAbove * std::sqrt(2 * kHalf * kHalf + kAbove * kAbove)));
-    // at the box's rim light passes voxels of few optical depths
-    EXPECT_NEAR(scattered, 7 * solid_angle, (0.003 + 0.1 / depth) * 7 * solid_angle) << depth;
+    // few points on a face tell what leaves by a side the worse, the less of it stays near the edge
+    EXPECT_NEAR(scattered, 7 * solid_angle, (0.001 + 0.15 / depth) * 7 * solid_angle) << depth;
   }
 }
 
