@@ -10,12 +10,11 @@ namespace vdb_diffuse {
 /// pass such a voxel too coarsely to tell: the hundredth part that they leave in its middle would be held
 /// there, and diffuse light be brighter by the voxel's resistance.
 ///
-///          s          Light that enters through a face is taken for even on it. After the way t, 1 from the
-///      \ \ \ \        first to the last plane across the axis that the beam is nearest to, what came in
-///      along
-///     +-------+       axis a is at -1/2 + s_a t there, and spread over what the sides have not yet let out
-///     |\ \ \ \|\      along b: a part 1 - s_b t of the width. So means over the voxel are those of 1, t and
-///     | \ \ \ | \     t^2, times exp(-tau t) and what is left.
+///          s         Light that enters through a face is taken for even on it. After the way t, 1 from the
+///      \ \ \ \       first to the last plane across the axis that the beam is nearest to, what came in
+///     +-------+      along axis a is at -1/2 + s_a t there, and spread over what the sides have not yet let
+///     |\ \ \ \|\     out along b: a part 1 - s_b t of the width. So means over the voxel are those of 1, t
+///     | \ \ \ | \    and t^2, times exp(-tau t) and what is left.
 ///     +-------+
 ///
 /// How much comes in by each face follows from the voxel before it, along axis b: what is not gone on the way

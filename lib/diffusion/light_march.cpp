@@ -18,8 +18,8 @@ constexpr double kNearLamp = 4, kFinestCube = 1.0 / 64;
 /// before it.
 constexpr double kThickCube = 1, kFinestThickCube = 0.25, kGoneBefore = 6;
 
-/// Optical depth across a voxel's diagonal from which light is followed from the faces. Nine points within a
-/// voxel of one optical depth let 3 % of a lamp's light get away.
+/// Optical depth across a voxel's diagonal from which light is followed from the faces. One chord through the
+/// middle of voxels of one optical depth lets 3 % of a lamp's light get away.
 constexpr double kThickVoxel = 0.5;
 
 /// Points of a voxel relative to its centre. They come in opposite pairs: were their mean not the centre,
@@ -30,11 +30,13 @@ Vec3d pointWithin(int ray, int rays) {
   return ray % 2 ? -u : u;
 }
 
+using Rule = std::vector<std::pair<double, double>>;
+
 /// Places and weights on -1/2 .. 1/2 that integrate polynomials of degree 2n - 1 exactly (Gauss and
 /// Legendre). Light that enters a thick voxel through a side does so beside an edge, which evenly spaced
 /// points miss.
-std::vector<std::pair<double, double>> gaussRule(int n) {
-  std::vector<std::pair<double, double>> rule;
+Rule gaussRule(int n) {
+  Rule rule;
   for (int i = 0; i < n; ++i) {
     double x = std::cos(M_PI * (i + 0.75) / (n + 0.5)), slope = 1;
     for (int step = 0; step < 6; ++step) {  // Newton's; p is the n-th Legendre polynomial
@@ -52,10 +54,9 @@ std::vector<std::pair<double, double>> gaussRule(int n) {
   return rule;
 }
 
-/// n x n points on each face of the voxel about `centre`: visit(p, axis, side, weight), side -1 or 1.
+/// The rule's points on each face of the voxel about `centre`: visit(p, axis, side, weight), side -1 or 1.
 template <typename Visit>
-void forEachFacePoint(const Vec3d& centre, int n, const Visit& visit) {
-  const std::vector<std::pair<double, double>> rule = gaussRule(n);
+void forEachFacePoint(const Vec3d& centre, const Rule& rule, const Visit& visit) {
   for (int face = 0; face < 6; ++face)
     for (const auto& [u, of_u] : rule)
       for (const auto& [v, of_v] : rule) {
@@ -100,6 +101,8 @@ LightMarch::LightMarch(const BeamMedium& medium, int channels, const Occluder& o
       gather_(reflected_directions),
       channels_(channels),
       rays_(std::max(1, settings.rays_per_voxel)),
+      face_points_(gaussRule(static_cast<int>(std::round(std::sqrt(static_cast<double>(rays_)))))),
+      face_middle_(gaussRule(1)),
       shaped_(settings.want_shape),
       rescaled_(medium.rescaled()),
       ball_radius_(medium_.transform().meanVoxelSize() * std::cbrt(3 / (4 * M_PI))) {
@@ -114,24 +117,23 @@ Gathered LightMarch::gather(size_t block, int n, bool all) const {
   density.rho = medium_.density.values.block(block)[n];
   for (int c = 0; c < channels_; ++c) density.beam[c] = beams_.beamDensity(c).values.block(block)[n];
   const bool by_faces = thick(density.rho);
-  const int points = static_cast<int>(std::round(std::sqrt(static_cast<double>(rays_))));
   const Vec3d centre = medium_.transform().toWorld(voxel.asVec3d());
   for (const PointSample& lamp : lights_.points) {
     const double distance = (centre - lamp.position).length();
     if (by_faces && distance >= kNearLamp * ball_radius_ && std::isfinite(distance))
-      addThroughFaces(lamp, points, voxel, density, sum);
+      addThroughFaces(lamp, face_points_, voxel, density, sum);
     else
       addLamp(lamp, voxel.asVec3d(), Part{Vec3d(0), 1, density}, sum);
   }
   if (!all) return sum;
   for (const BeamSample& beam : lights_.beams)
     if (by_faces)
-      addThroughFaces(beam, beam.count >= kManyBeams ? 1 : points, voxel, density, sum);
+      addThroughFaces(beam, beam.count >= kManyBeams ? face_middle_ : face_points_, voxel, density, sum);
     else
       addBeam(beam, voxel, density, sum);
   for (const Vec3d& direction : gather_)
     if (by_faces)
-      addThroughFaces(direction, 1, voxel, density, sum);
+      addThroughFaces(direction, face_middle_, voxel, density, sum);
     else if (const auto light = arrivalOf(direction, centre)) {
       const Vec3d p = voxel.asVec3d();
       const TwofoldPath path = twofold(density, [&](const Volume& met, float rho) {
@@ -307,14 +309,14 @@ void LightMarch::addLamp(const PointSample& lamp, const Vec3d& voxel, const Part
 
 /// A lamp's light falls off as its rays spread, so that along a chord neither tells.
 template <typename Light>
-void LightMarch::addThroughFaces(const Light& light, int points, const Coord& voxel,
+void LightMarch::addThroughFaces(const Light& light, const Rule& rule, const Coord& voxel,
                                  const TwofoldDensity& density, Gathered& sum) const {
   const Transform& transform = medium_.transform();
   const Vec3d centre = voxel.asVec3d();
   const double far = wayOf(light, transform.toWorld(centre)).length();
   /// enters(p, d, weight): d per world length, weight the part of the face across it as seen from the light
   const auto forEachEntry = [&](const auto& enters) {
-    forEachFacePoint(centre, points, [&](const Vec3d& p, int a, int side, double area) {
+    forEachFacePoint(centre, rule, [&](const Vec3d& p, int a, int side, double area) {
       const Vec3d way = wayOf(light, transform.toWorld(p));
       const double r = way.length();
       const Vec3d d = transform.directionToIndex(way / r);
@@ -338,8 +340,8 @@ void LightMarch::addThroughFaces(const Light& light, int points, const Coord& vo
   forEachEntry([&](const Vec3d& p, const Vec3d& d, double across, double) {
     auto arrival = arrivalOf(light, transform.toWorld(p));
     if (!arrival) return;
-    const Vec3d x = p - centre, step = d * exitOfVoxel(p, d, centre);
-    const double chord = exitOfVoxel(p, d, centre) / volume;
+    const double whole = exitOfVoxel(p, d, centre), chord = whole / volume;
+    const Vec3d x = p - centre, step = d * whole;
     arrival->power *= across * chord;
     arrival->power_beam *= across * chord;
     const TwofoldPath path = twofold(density, [&](const Volume& met, float rho) {

@@ -81,6 +81,7 @@ class LightMarch {
   const ReflectedLight& reflected_;
   const std::vector<Vec3d>& gather_;  ///< light that surfaces reflect is gathered along these
   const int channels_, rays_;
+  const std::vector<std::pair<double, double>> face_points_, face_middle_;  ///< along a side, with weights
   const bool shaped_, rescaled_;
   const double ball_radius_;
   double thickest_ = 0;  ///< extinction of the channel that is weakened most
@@ -116,8 +117,8 @@ class LightMarch {
                Gathered& sum) const;
   /// \param light  what arrivalOf knows
   template <typename Light>
-  void addThroughFaces(const Light& light, int points, const Coord& voxel, const TwofoldDensity& density,
-                       Gathered& sum) const;
+  void addThroughFaces(const Light& light, const std::vector<std::pair<double, double>>& rule,
+                       const Coord& voxel, const TwofoldDensity& density, Gathered& sum) const;
   void placeBesideFaces(const Vec3d& direction, const Coord& voxel, const TwofoldDensity& density,
                         Gathered& sum) const;
 };
