@@ -22,9 +22,9 @@ class Transform;
 
 namespace vdb_diffuse {
 
-/// Between OpenVDB's trees and frozen blocks. Trees are instantiated in convert.cpp alone, as each costs
-/// seconds to compile; everybody else passes `GridBase`. Errors are `InputError`s that begin with the grid's
-/// name; the caller adds the file's.
+/// Between OpenVDB's trees and frozen blocks. Trees are instantiated here and in census.cpp alone, as each
+/// costs seconds to compile; everybody else passes `GridBase`. Errors are `InputError`s that begin with the
+/// grid's name; the caller adds the file's.
 
 /// A float, double, vec3s or vec3d grid as blocks: one field per component. Inactive voxels of the fields
 /// hold zero; `background` is what the tree holds where it has nothing.
@@ -34,26 +34,6 @@ struct GridValues {
   Channels channels;
   std::array<float, 3> background{0, 0, 0};
 };
-
-/// What a grid holds, found on its tree without touching every voxel of a tile.
-struct Census {
-  uint64_t active_voxels = 0;
-  uint64_t active_leaf_voxels = 0;
-  uint64_t leaves = 0;
-  uint64_t active_tiles = 0;
-  std::vector<uint64_t>
-      tiles_by_width;  ///< active tiles of 8, 128, 4096 voxels' width; empty: type not known
-  Coord lowest{0, 0, 0}, highest{-1, -1, -1};  ///< of the active voxels, inclusive
-  bool has_values = false;  ///< the rest counts active values, components together; only then
-  double lowest_value = 0, highest_value = 0, mean = 0;  ///< of the finite ones
-  uint64_t zeros = 0, negatives = 0, nonfinites = 0;
-  struct Component {
-    double lowest, highest;  ///< of the finite active values; 0 where there are none
-    double background;       ///< what the tree holds where it has nothing
-  };
-  std::vector<Component> components;
-};
-Census census(const openvdb::GridBase& grid);
 
 /// Tiles are voxelised; what that takes is known, and held against `max_bytes`, before anything is allocated.
 /// Throws InputError for other types of grid, bad transforms, and active voxels beyond +-2^30.

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "grid/census.h"
 #include "grid/convert.h"
 
 namespace vdb_diffuse {

@@ -1,4 +1,5 @@
 #include "grid/convert.h"
+#include "grid/census.h"
 
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
