@@ -246,6 +246,7 @@ void addOnce(const std::string& warning, std::vector<std::string>& warnings) {
 
 std::vector<DiffuseResult> diffuse(const Medium& medium, const std::vector<Surface>& surfaces,
                                    const std::vector<LightGroup>& groups, const DiffuseSettings& settings) {
+  const KeepArrays arrays;
   return Diffusion(medium, surfaces, settings).run(groups);
 }
 

@@ -1,37 +1,40 @@
 #pragma once
 
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
-
 #include <cstddef>
-#include <cstdlib>
 #include <memory>
-#include <new>
 
 namespace vdb_diffuse {
 
-struct FreeMemory {
-  void operator()(void* p) const { std::free(p); }
+struct GiveArrayBack {
+  size_t bytes = 0;
+  void operator()(void* p) const;
 };
 template <typename T>
-using AlignedArray = std::unique_ptr<T[], FreeMemory>;
+using AlignedArray = std::unique_ptr<T[], GiveArrayBack>;
 
-/// `count` uninitialised values on a cache line's boundary. Throws std::bad_alloc. Large arrays ask for huge
-/// pages, as far as they fill them, as a kernel takes a block from each of a dozen arrays in turn: `bake` of 2
-/// M voxels, diffusion alone, one thread, takes 0.95 of the time that it does without.
+/// Memory for `bytes`, a multiple of 64, on a cache line's boundary. \throws std::bad_alloc
+void* takeArray(size_t bytes);
+
+/// `count` uninitialised values on a cache line's boundary. Throws std::bad_alloc.
 template <typename T>
 AlignedArray<T> alignedArray(size_t count) {
-  constexpr size_t kCacheLine = 64, kHugePage = size_t{2} << 20;
+  constexpr size_t kCacheLine = 64;
   const size_t bytes = (count * sizeof(T) + kCacheLine - 1) / kCacheLine * kCacheLine;
   if (bytes == 0) return nullptr;
-  const bool large = bytes >= 2 * kHugePage;
-  void* p = std::aligned_alloc(large ? kHugePage : kCacheLine, bytes);
-  if (!p) throw std::bad_alloc();
-#if defined(__linux__)
-  if (large) ::madvise(p, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
-#endif
-  return AlignedArray<T>(static_cast<T*>(p));
+  return AlignedArray<T>(static_cast<T*>(takeArray(bytes)), GiveArrayBack{bytes});
 }
+
+/// While one of these lives, arrays that are given back are kept for the next of their size, as long as all
+/// together take no more than was once in use at the same time: a system that brings in fresh pages must
+/// clear each, which costs more than most kernels do with them.
+class KeepArrays {
+ public:
+  KeepArrays();
+  ~KeepArrays();
+  KeepArrays(const KeepArrays&) = delete;
+  KeepArrays& operator=(const KeepArrays&) = delete;
+  /// Bytes that wait to be used again.
+  static size_t kept();
+};
 
 }  // namespace vdb_diffuse
