@@ -84,9 +84,9 @@ class ArrayStore {
     }
   }
 
-  /// Large arrays ask for huge pages, as far as they fill them, as a kernel takes a block from each of a dozen
-  /// arrays in turn: `bake` of 2 M voxels, diffusion alone, one thread, takes 0.95 of the time that it does
-  /// without.
+  /// Large arrays ask for huge pages, as far as they fill them, as a kernel takes a block from each of a
+  /// dozen arrays in turn: `bake` of 2 M voxels, diffusion alone, one thread, takes 0.95 of the time that it
+  /// does without.
   static void* allocate(size_t bytes) {
     constexpr size_t kCacheLine = 64, kHugePage = size_t{2} << 20;
     const bool large = bytes >= 2 * kHugePage;

@@ -20,12 +20,6 @@ namespace vdb_diffuse {
 
 constexpr int kSpill = 96;  ///< 6 faces of 4 x 4 coarse voxels
 
-// 1.5 times its share gives each of three outer faces out of six equal ones a quarter, which is linear
-// interpolation; a little less suits ragged edges, and takes no more iterations inside.
-constexpr float kLinear = 1.2f;
-// A voxel keeps at least this much of its own parent, or the parent's other children would not feel it.
-constexpr float kParentAtLeast = 0.25f;
-
 /// The weights of a strand's voxels on the coarse voxels across their outer faces; the parent has the rest.
 struct OuterWeights {
   Row x, y, z;
@@ -45,7 +39,7 @@ VDB_DIFFUSE_INLINE OuterWeights outerWeights(const BraidedFaces& g, int x, int n
   return {scale * gx, scale * gy, scale * gz};
 }
 
-/// Lanes of a braid's strand whose voxels belong to a part.
+/// Lanes of a braid's strand whose voxels are active.
 VDB_DIFFUSE_INLINE RowMask lanesOf(const uint8_t* rows, int x, int q, int s) {
   constexpr RowMask kOdd = {0, -1, 0, -1, 0, -1, 0, -1};
   const RowMask a = rowMask(rows[8 * x + 2 * q + s]), b = rowMask(rows[8 * x + 2 * q + 1 - s]);
@@ -66,8 +60,8 @@ struct alignas(64) CoarseSums {
   void add(int i, int j, Row row) { storeRow(v[i + 1][j + 1], loadRow(v[i + 1][j + 1]) + row); }
 };
 
-/// sums = P^T (right - A u) of one part.
-/// \param rows      active voxels of the part
+/// sums = P^T (right - A u).
+/// \param rows      active voxels
 /// \param colours   1 or 2: after a sweep the residual of the last colour is zero and can be left out
 VDB_DIFFUSE_INLINE void restrictBlock(const BlockSystem& system, const uint8_t* rows, int colours,
                                       CoarseSums& sums) {
@@ -161,7 +155,8 @@ VDB_DIFFUSE_INLINE void loadCoarseHalo(const Topology& coarse, const Field<float
   }
 }
 
-/// u += P e for the voxels of one part.
+/// u += P e.
+/// \param rows  active voxels
 VDB_DIFFUSE_INLINE void prolongBlock(const CoarseHalo& e, const uint8_t* rows, BlockSystem& system) {
   const auto inPairs = [&](int i, int j) VDB_DIFFUSE_INLINED {
     return __builtin_shuffle(e.row(i, j), RowMask{1, 1, 2, 2, 3, 3, 4, 4});

@@ -6,12 +6,12 @@
 
 namespace vdb_diffuse {
 
-/// Cholesky factors of the coarsest operator.
+/// Cholesky factors of the coarsest operator, its twins after its voxels.
 struct Multigrid::DirectSolver {
   std::vector<size_t> place;  // of each unknown in the fields
   Eigen::LDLT<Eigen::MatrixXd> factors;
 
-  explicit DirectSolver(const Operator& A) {
+  DirectSolver(const Operator& A, const Twins& twins) {
     const Topology& topology = *A.topology;
     Field<int32_t> unknown(topology, -1);
     for (size_t b = 0; b < topology.blockCount(); ++b)
@@ -20,7 +20,8 @@ struct Multigrid::DirectSolver {
           unknown.block(b)[n] = static_cast<int32_t>(place.size());
           place.push_back(b * kBlockVoxels + n);
         }
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(place.size(), place.size());
+    const size_t voxels = place.size(), count = voxels + twins.size();
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count, count);
     for (size_t b = 0; b < topology.blockCount(); ++b) {
       BlockFaces g;
       Halo<int32_t> index;
@@ -45,15 +46,29 @@ struct Multigrid::DirectSolver {
             join(i, index.at(x, y, z + 1), g.above[x][y][z]);
           }
     }
+    for (size_t t = 0; t < twins.size(); ++t) {
+      const size_t i = voxels + t;
+      matrix(i, i) = twins.inverse[t] > 0 ? 1.0 / twins.inverse[t] : 1.0;
+      for (int32_t k = twins.first[t]; k < twins.first[t + 1]; ++k) {
+        const Twins::Link& link = twins.links[k];
+        const size_t j =
+            link.to < 0 ? voxels + static_cast<size_t>(~link.to) : static_cast<size_t>(unknown[link.to]);
+        matrix(i, j) = -link.g;
+        matrix(j, i) = -link.g;
+      }
+    }
     factors.compute(matrix);
   }
 
-  void solve(const Field<float>& b, Field<float>& x) const {
-    Eigen::VectorXd rhs(place.size());
-    for (size_t i = 0; i < place.size(); ++i) rhs[i] = b[place[i]];
+  void solve(const Field<float>& b, Field<float>& x, Twins& twins) const {
+    const size_t voxels = place.size();
+    Eigen::VectorXd rhs(voxels + twins.size());
+    for (size_t i = 0; i < voxels; ++i) rhs[i] = b[place[i]];
+    for (size_t t = 0; t < twins.size(); ++t) rhs[voxels + t] = twins.b[t];
     const Eigen::VectorXd solution = factors.solve(rhs);
     x.fill(0);
-    for (size_t i = 0; i < place.size(); ++i) x[place[i]] = static_cast<float>(solution[i]);
+    for (size_t i = 0; i < voxels; ++i) x[place[i]] = static_cast<float>(solution[i]);
+    for (size_t t = 0; t < twins.size(); ++t) twins.x[t] = static_cast<float>(solution[voxels + t]);
   }
 };
 
@@ -63,44 +78,87 @@ Multigrid::Multigrid(Multigrid&&) noexcept = default;
 Multigrid::Multigrid(std::shared_ptr<const Operator> finest, const CycleSettings& settings)
     : settings_(settings) {
   Wave wave(*finest->topology);
-  levels_.push_back({std::move(finest), std::move(wave), {}, {}, {}});
+  levels_.push_back({std::move(finest), std::move(wave), {}, {}, {}, {}});
+  std::shared_ptr<Operator> last;  // of the coarsest level so far; null: the finest, which has no twins
   while (true) {
     Level& fine = levels_.back();
-    const size_t unknowns = fine.A->topology->activeVoxelCount();
-    if (unknowns <= settings_.direct_unknowns) {
-      direct_ = std::make_unique<DirectSolver>(*fine.A);
+    const size_t unknowns = fine.unknowns();
+    Transfer transfer;
+    Twins twins;
+    std::shared_ptr<Operator> coarse;
+    if (unknowns > settings_.direct_unknowns)
+      coarse = std::make_shared<Operator>(coarsen(*fine.A, fine.twins, transfer, twins));
+    if (last) addLinks(fine.twins, *last);
+    if (!coarse) {
+      direct_ = std::make_unique<DirectSolver>(*fine.A, fine.twins);
       break;
     }
-    Transfer transfer;
-    Parts parts = fine.A->finest() ? separatePieces(*fine.A) : wholeBlocks(*fine.A->topology);
-    auto coarse = std::make_shared<const Operator>(coarsen(*fine.A, std::move(parts), transfer));
     // Pieces too far apart to merge leave one voxel each, which the smoother solves exactly.
-    if (10 * coarse->topology->activeVoxelCount() > 9 * unknowns) break;
+    if (10 * (coarse->topology->activeVoxelCount() + twins.size()) > 9 * unknowns) break;
     fine.to_coarse = std::move(transfer);
     Field<float> x(*coarse->topology), b(*coarse->topology);
     Wave coarse_wave(*coarse->topology);
-    levels_.push_back({std::move(coarse), std::move(coarse_wave), {}, std::move(x), std::move(b)});
+    levels_.push_back({coarse, std::move(coarse_wave), {}, std::move(twins), std::move(x), std::move(b)});
+    last = std::move(coarse);
   }
 }
 
-void Multigrid::cycle(size_t l, const Field<float>& b, Field<float>& x) {
-  Level& level = levels_[l];
-  const Operator& A = *level.A;
-  if (l + 1 == levels_.size()) return solveCoarsest(b, x);
-  Level& coarse = levels_[l + 1];
-  downStroke(A, level.wave, settings_.sweeps, b, x, level.to_coarse, coarse.b);
-  cycle(l + 1, coarse.b, coarse.x);
-  upStroke(A, level.wave, settings_.sweeps, level.to_coarse, *coarse.A->topology, coarse.x, b, x);
+/// From b to the solution of the next level.
+void Multigrid::descend(size_t l, const Field<float>& b, Field<float>& x) {
+  Level &level = levels_[l], &coarse = levels_[l + 1];
+  Twins& twins = level.twins;
+  twins.x.assign(twins.size(), 0.0f);
+  downStroke(*level.A, level.wave, settings_.sweeps, b, x, level.to_coarse, coarse.b);
+  relaxTwins(twins, x, false);
+  restrictRows(*level.A, twins, b, x, level.to_coarse.apart, coarse.b, coarse.twins);
+  cycle(l + 1);
+}
+
+/// Brings what the next level has found to rows that the blocks do not know; see prolongRows.
+std::vector<float> Multigrid::prolongApart(size_t l, Field<float>& x) {
+  const Level& coarse = levels_[l + 1];
+  return prolongRows(levels_[l].to_coarse.apart, coarse.x, coarse.twins, x, levels_[l].twins);
+}
+
+void Multigrid::cycle(size_t l) {
+  if (l + 1 == levels_.size()) return solveCoarsest(levels_[l].b, levels_[l].x);
+  Level &level = levels_[l], &coarse = levels_[l + 1];
+  descend(l, level.b, level.x);
+  const std::vector<float> pending = prolongApart(l, level.x);
+  relaxTwins(level.twins, level.x, true, &pending);
+  const std::vector<float> before = addFromTwins(level.twins, level.b);
+  upStroke(*level.A, level.wave, settings_.sweeps, level.to_coarse, *coarse.A->topology, coarse.x, level.b,
+           level.x);
+  putBack(level.twins, before, level.b);
 }
 
 void Multigrid::solveCoarsest(const Field<float>& b, Field<float>& x) {
   Level& level = levels_.back();
-  if (direct_) return direct_->solve(b, x);
-  smoothAlone(*level.A, level.wave, settings_.sweeps, settings_.coarsest_sweeps, b, x);
+  Twins& twins = level.twins;
+  if (direct_) return direct_->solve(b, x, twins);
+  x.fill(0);
+  twins.x.assign(twins.size(), 0.0f);
+  for (const bool reverse : {false, true})
+    for (int i = 0; i < settings_.coarsest_sweeps; ++i) {
+      if (twins.size() == 0) {
+        smooth(*level.A, level.wave, settings_.sweeps, reverse, b, x);
+        continue;
+      }
+      if (reverse) relaxTwins(twins, x, true);
+      const std::vector<float> before = addFromTwins(twins, level.b);  // which is b, as there are twins
+      smooth(*level.A, level.wave, settings_.sweeps, reverse, level.b, x);
+      putBack(twins, before, level.b);
+      if (!reverse) relaxTwins(twins, x, false);
+    }
 }
 
 void Multigrid::precondition(const Field<float>& r, Field<float>& z) {
-  cycle(0, r, z);
+  Level& level = levels_.front();
+  if (levels_.size() == 1) return solveCoarsest(r, z);
+  descend(0, r, z);
+  prolongApart(0, z);
+  upStroke(*level.A, level.wave, settings_.sweeps, level.to_coarse, *levels_[1].A->topology, levels_[1].x, r,
+           z);
 }
 
 Products Multigrid::precondition(const Field<float>& r, Field<float>& z, Field<float>& Az) {
@@ -111,10 +169,10 @@ Products Multigrid::precondition(const Field<float>& r, Field<float>& z, Field<f
     const double zAz = apply(A, z, Az);
     return {dot(r, z), zAz};
   }
-  Level& coarse = levels_[1];
-  downStroke(A, level.wave, settings_.sweeps, r, z, level.to_coarse, coarse.b);
-  cycle(1, coarse.b, coarse.x);
-  return upStroke(A, level.wave, settings_.sweeps, level.to_coarse, *coarse.A->topology, coarse.x, r, z, Az);
+  descend(0, r, z);
+  prolongApart(0, z);
+  return upStroke(A, level.wave, settings_.sweeps, level.to_coarse, *levels_[1].A->topology, levels_[1].x, r,
+                  z, Az);
 }
 
 size_t Multigrid::bytes() const {

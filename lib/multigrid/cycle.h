@@ -9,7 +9,7 @@ namespace vdb_diffuse {
 
 struct CycleSettings {
   int sweeps = 2;                ///< Gauss-Seidel sweeps in each block before and after the coarse correction
-  size_t direct_unknowns = 400;  ///< a level with at most so many active voxels is solved directly
+  size_t direct_unknowns = 400;  ///< a level with at most so many unknowns is solved directly
   int coarsest_sweeps = 20;      ///< on the last level, where it is too large for that
 };
 
@@ -36,7 +36,10 @@ class Multigrid {
     std::shared_ptr<const Operator> A;
     Wave wave;
     Transfer to_coarse;
+    Twins twins;
     Field<float> x, b;  // not on the finest level, whose caller brings them
+
+    size_t unknowns() const { return A->topology->activeVoxelCount() + twins.size(); }
   };
   struct DirectSolver;
 
@@ -44,7 +47,9 @@ class Multigrid {
   std::vector<Level> levels_;
   std::unique_ptr<DirectSolver> direct_;
 
-  void cycle(size_t l, const Field<float>& b, Field<float>& x);
+  void cycle(size_t l);
+  void descend(size_t l, const Field<float>& b, Field<float>& x);
+  std::vector<float> prolongApart(size_t l, Field<float>& x);
   void solveCoarsest(const Field<float>& b, Field<float>& x);
 };
 

@@ -25,31 +25,21 @@ VDB_DIFFUSE_INLINE void loadSystem(const Stroke& stroke, size_t block, BlockSyst
   loadValues(stroke.A.inverse_diagonal.block(block), system.inverse);
 }
 
-VDB_DIFFUSE_INLINE const uint8_t* rowsOf(const Stroke& stroke, const Part& part) {
-  return rowBits(part.mask < 0 ? stroke.A.topology->active(part.block)
-                               : stroke.transfer->parts.masks[part.mask]);
+VDB_DIFFUSE_INLINE void restrictTo(const Stroke& stroke, const BlockSystem& system, size_t block, int colours,
+                                   Field<float>& coarse_b, float* spill) {
+  const Topology& fine = *stroke.A.topology;
+  CoarseSums sums;
+  restrictBlock(system, rowBits(fine.active(block)), colours, sums);
+  storeSums(sums, octantOf(fine.origin(block)), coarse_b.block(stroke.transfer->parent[block]),
+            spill + block * kSpill);
 }
 
-VDB_DIFFUSE_INLINE void restrictParts(const Stroke& stroke, const BlockSystem& system, size_t block,
-                                      int colours, Field<float>& coarse_b, float* spill) {
-  const Parts& parts = stroke.transfer->parts;
-  for (int32_t p = parts.first[block]; p < parts.first[block + 1]; ++p) {
-    CoarseSums sums;
-    restrictBlock(system, rowsOf(stroke, parts.parts[p]), colours, sums);
-    storeSums(sums, octantOf(stroke.A.topology->origin(block)), coarse_b.block(stroke.transfer->parent[p]),
-              spill + static_cast<size_t>(p) * kSpill);
-  }
-}
-
-VDB_DIFFUSE_INLINE void prolongParts(const Stroke& stroke, const Field<float>& e, size_t block,
-                                     BlockSystem& system) {
-  const Parts& parts = stroke.transfer->parts;
-  for (int32_t p = parts.first[block]; p < parts.first[block + 1]; ++p) {
-    CoarseHalo halo;
-    loadCoarseHalo(*stroke.coarse, e, stroke.transfer->parent[p], octantOf(stroke.A.topology->origin(block)),
-                   halo);
-    prolongBlock(halo, rowsOf(stroke, parts.parts[p]), system);
-  }
+VDB_DIFFUSE_INLINE void prolongFrom(const Stroke& stroke, const Field<float>& e, size_t block,
+                                    BlockSystem& system) {
+  const Topology& fine = *stroke.A.topology;
+  CoarseHalo halo;
+  loadCoarseHalo(*stroke.coarse, e, stroke.transfer->parent[block], octantOf(fine.origin(block)), halo);
+  prolongBlock(halo, rowBits(fine.active(block)), system);
 }
 
 /// Blocks of colour 0 see nothing yet but themselves.
@@ -73,7 +63,7 @@ VDB_DIFFUSE_KERNEL void smoothAndRestrict(const Stroke& stroke, size_t block, Fi
   relax(system, SweepOrder::kForward, stroke.sweeps);
   storeOwn(system.u, stroke.x.block(block));
   loadValues(stroke.A.sink.block(block), system.sink);
-  restrictParts(stroke, system, block, 1, coarse_b, spill);
+  restrictTo(stroke, system, block, 1, coarse_b, spill);
 }
 
 VDB_DIFFUSE_KERNEL void restrictOnly(const Stroke& stroke, size_t block, Field<float>& coarse_b,
@@ -84,16 +74,16 @@ VDB_DIFFUSE_KERNEL void restrictOnly(const Stroke& stroke, size_t block, Field<f
   loadValues(stroke.A.sink.block(block), system.sink);
   loadOwn(stroke.x.block(block), system.u);
   loadLayers(*stroke.A.topology, stroke.x, block, 0.0f, system.u);
-  restrictParts(stroke, system, block, 2, coarse_b, spill);
+  restrictTo(stroke, system, block, 2, coarse_b, spill);
 }
 
 VDB_DIFFUSE_KERNEL void gatherSpill(const Topology& fine, const Transfer& transfer, Field<float>& coarse_b,
-                                    size_t part) {
-  const Coord octant = octantOf(fine.origin(transfer.parts.parts[part].block));
-  float* out = coarse_b.block(transfer.parent[part]);
+                                    size_t block) {
+  const Coord octant = octantOf(fine.origin(block));
+  float* out = coarse_b.block(transfer.parent[block]);
   for (int face = 0; face < 6; ++face) {
-    const int32_t near = transfer.neighbour[part][face];
-    if (near < 0) continue;
+    const int32_t near = fine.neighbours(block)[face];
+    if (near == kNoBlock) continue;
     const float* spill = transfer.spill.data() + static_cast<size_t>(near) * kSpill + (face ^ 1) * 16;
     const int at = face % 2 ? 3 : 0;
     for (int j = 0; j < 4; ++j)
@@ -112,7 +102,7 @@ VDB_DIFFUSE_KERNEL void prolongOnly(const Stroke& stroke, const Field<float>& e,
   BlockSystem system;
   openBlock(stroke.A, block, system);
   loadOwn(stroke.x.block(block), system.u);
-  prolongParts(stroke, e, block, system);
+  prolongFrom(stroke, e, block, system);
   storeOwn(system.u, stroke.x.block(block));
 }
 
@@ -148,7 +138,7 @@ VDB_DIFFUSE_KERNEL double prolongAndSmooth(const Stroke& stroke, const Field<flo
   loadSystem(stroke, block, system);
   loadOwn(stroke.x.block(block), system.u);
   loadLayers(*stroke.A.topology, stroke.x, block, 0.0f, system.u);
-  prolongParts(stroke, e, block, system);
+  prolongFrom(stroke, e, block, system);
   relax(system, SweepOrder::kBackward, stroke.sweeps);
   storeOwn(system.u, stroke.x.block(block));
   return dotRight(system);
@@ -203,8 +193,8 @@ void downStroke(const Operator& A, Wave& wave, int sweeps, const Field<float>& b
     if (stage == 1) smoothAndRestrict(stroke, block, coarse_b, spill);
     if (stage == 2) restrictOnly(stroke, block, coarse_b, spill);
   });
-  forEachBlock(transfer.parts.parts.size(),
-               [&](size_t part) { gatherSpill(*A.topology, transfer, coarse_b, part); });
+  forEachBlock(transfer.parent.size(),
+               [&](size_t block) { gatherSpill(*A.topology, transfer, coarse_b, block); });
 }
 
 void upStroke(const Operator& A, Wave& wave, int sweeps, const Transfer& transfer, const Topology& coarse,
@@ -219,15 +209,11 @@ Products upStroke(const Operator& A, Wave& wave, int sweeps, const Transfer& tra
   return sumOverBlocks<Products>(products.size(), [&](size_t block) { return products[block]; });
 }
 
-void smoothAlone(const Operator& A, Wave& wave, int sweeps, int times, const Field<float>& b,
-                 Field<float>& x) {
-  x.fill(0);
+void smooth(const Operator& A, Wave& wave, int sweeps, bool reverse, const Field<float>& b, Field<float>& x) {
   const Stroke stroke{A, sweeps, b, x};
-  const auto smooth = [&](SweepOrder order) {
-    return [&stroke, order](int, size_t block) { smoothAgain(stroke, order, block, nullptr); };
-  };
-  for (int i = 0; i < times; ++i) wave.run(2, smooth(SweepOrder::kForward));
-  for (int i = 0; i < times; ++i)
+  if (!reverse)
+    wave.run(2, [&](int, size_t block) { smoothAgain(stroke, SweepOrder::kForward, block, nullptr); });
+  else
     wave.run(3, [&](int stage, size_t block) {
       if (stage > 0) smoothAgain(stroke, SweepOrder::kBackward, block, nullptr);
     });

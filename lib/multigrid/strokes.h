@@ -32,8 +32,7 @@ struct Products {
 Products upStroke(const Operator& A, Wave& wave, int sweeps, const Transfer& transfer, const Topology& coarse,
                   const Field<float>& e, const Field<float>& b, Field<float>& x, Field<float>& Ax);
 
-/// Smooths A x = b from x = 0, `times` forward and as often in reverse: a level without a coarser one.
-void smoothAlone(const Operator& A, Wave& wave, int sweeps, int times, const Field<float>& b,
-                 Field<float>& x);
+/// Smooths A x = b from the x that is there, forward or in reverse.
+void smooth(const Operator& A, Wave& wave, int sweeps, bool reverse, const Field<float>& b, Field<float>& x);
 
 }  // namespace vdb_diffuse

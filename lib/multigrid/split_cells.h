@@ -1,0 +1,15 @@
+#pragma once
+
+#include "multigrid/transfer.h"
+
+namespace vdb_diffuse {
+
+/// Finds twins for the cells (2 x 2 x 2 voxels) that do not hang together, and mends what the blocks have
+/// made of them: coarse sinks, faces and interpolation.
+///
+/// \param split  by block, a bit for each cell (x*16 + y*4 + z) whose voxels are not joined inside it
+/// \param coarse  as the blocks have formed it
+void splitCells(const Operator& fine, Twins& twins, const std::vector<uint64_t>& split, Transfer& transfer,
+                Operator& coarse, Twins& coarse_twins);
+
+}  // namespace vdb_diffuse

@@ -1,0 +1,136 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "multigrid/solve.h"
+#include "multigrid/transfer.h"
+#include "volumes.h"
+
+namespace vdb_diffuse {
+namespace {
+
+/// Unit conductances between active voxels, the same sink in each.
+Operator networkOf(const Medium& medium, float sink) {
+  Operator A;
+  A.topology = medium.density.topology;
+  A.half_resistance = Field<float>(*A.topology, std::numeric_limits<float>::infinity());
+  A.sink = Field<float>(*A.topology);
+  forEachVoxel(*A.topology, [&](Coord, size_t i) {
+    A.half_resistance[i] = 0.5f;
+    A.sink[i] = sink;
+  });
+  formDiagonal(A);
+  return A;
+}
+
+Operator networkOf(const std::vector<Coord>& voxels, float sink) {
+  return networkOf(boxMedium(Coord(8), Transform(),
+                             [&](Coord p) {
+                               return std::find(voxels.begin(), voxels.end(), p) != voxels.end() ? 1.0 : -1.0;
+                             }),
+                   sink);
+}
+
+TEST(Twins, PairsThatMeetAtAnEdgeAreApart) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int turn : {-1, 1}) {
+      Coord along(0), aside(0);
+      along[axis] = 1;
+      aside[(axis + 1) % 3] = 1;
+      aside[(axis + 2) % 3] = turn;
+      Coord p(2);
+      if (turn < 0) p[(axis + 2) % 3] = 3;
+      const Coord q = p + aside;  // in the same coarse voxel
+      const Operator A = networkOf({p, p + along, q, q + along}, 0.25f);
+      Twins none, twins;
+      Transfer transfer;
+      const Operator coarse = coarsen(A, none, transfer, twins);
+      ASSERT_EQ(twins.size(), 1u) << axis << ' ' << turn;
+      EXPECT_TRUE(twins.links.empty());
+      EXPECT_EQ(twins.place[0], Coord(1));
+      EXPECT_EQ(twins.sink[0], 0.5f);
+      EXPECT_EQ(coarse.sink[voxelOffset(1, 1, 1)], 0.5f);
+    }
+}
+
+/// Two rods along z, side by side at an edge, joined at their upper ends.
+TEST(Twins, TwoRodsAreAChainEach) {
+  std::vector<Coord> voxels{Coord(2, 3, 7)};
+  for (int z = 0; z < 8; ++z) {
+    voxels.emplace_back(2, 2, z);
+    voxels.emplace_back(3, 3, z);
+  }
+  const Operator A = networkOf(voxels, 1.0f);
+  Twins none, twins;
+  Transfer transfer;
+  const Operator coarse = coarsen(A, none, transfer, twins);
+  ASSERT_EQ(twins.size(), 3u);  // none where the rods meet
+  const auto joint = [&](size_t t, Node to) {
+    float g = 0;
+    for (int32_t k = twins.first[t]; k < twins.first[t + 1]; ++k)
+      if (twins.links[k].to == to) g += twins.links[k].g;
+    return g;
+  };
+  for (size_t t = 0; t < 3; ++t) {
+    EXPECT_EQ(twins.place[t], Coord(1, 1, static_cast<int>(t)));
+    EXPECT_EQ(twins.sink[t], 2.0f);
+    EXPECT_EQ(coarse.sink[voxelOffset(1, 1, static_cast<int>(t))], 2.0f);
+  }
+  EXPECT_EQ(coarse.sink[voxelOffset(1, 1, 3)], 5.0f);
+  EXPECT_EQ(twins.links.size(), 5u);
+  EXPECT_EQ(joint(0, ~Node{1}), kTwiceAsFar);
+  EXPECT_EQ(joint(1, ~Node{0}), kTwiceAsFar);
+  EXPECT_EQ(joint(1, ~Node{2}), kTwiceAsFar);
+  EXPECT_EQ(joint(2, voxelOffset(1, 1, 3)), kTwiceAsFar);
+  for (int z = 1; z < 4; ++z) EXPECT_EQ(coarse.faces[2][voxelOffset(1, 1, z)], kTwiceAsFar) << z;
+}
+
+/// Interpolation takes nothing from a place that it is not joined to: what is one in a set of unknowns that
+/// hangs together and zero elsewhere is so on the fine grid, whatever shares its coarse voxels.
+TEST(Twins, SetsAreInterpolatedApart) {
+  const Medium medium = boxMedium(Coord(24), Transform(), [](Coord p) { return lumpyDensity(p); });
+  const Operator A = networkOf(medium, 1e-3f);
+  Twins none, twins;
+  Transfer transfer;
+  const Operator coarse = coarsen(A, none, transfer, twins);
+  ASSERT_GT(twins.size(), 10u);
+  for (size_t row = 0; row < transfer.apart.rows(); ++row) {
+    float own = 0, blocks = 0;
+    for (int32_t k = transfer.apart.first[row]; k < transfer.apart.first[row + 1]; ++k) {
+      own += transfer.apart.weights[k].own;
+      blocks += transfer.apart.weights[k].blocks;
+      EXPECT_GE(transfer.apart.weights[k].own, 0);
+    }
+    const bool alone = own == 0;  // joined to nothing
+    EXPECT_NEAR(own, alone ? 0 : 1, 1e-6);
+    EXPECT_NEAR(blocks, 1, 1e-6);
+  }
+}
+
+/// Two slabs, a gap of one voxel between them and a bridge of one voxel over it: light that is even in each
+/// but not the same is what a coarse grid ties together that does not see the gap. Where coarse voxels had no
+/// twins, it took up to 33 iterations, by where the gap fell among them.
+TEST(Twins, AGapMayFallAnywhere) {
+  std::string counts;
+  for (int offset = 0; offset < 16; ++offset) {
+    const Medium medium = boxMedium(
+        Coord(40, 41, 40), Transform(),
+        [](Coord p) { return p[1] != 20 || (p[0] == 0 && p[2] == 0) ? 1.0 : -1.0; }, Coord(0, offset, 0));
+    const auto A = std::make_shared<const Operator>(networkOf(medium, 1e-5f));
+    CycleSettings cycle;
+    cycle.direct_unknowns = 20;
+    Multigrid multigrid(A, cycle);
+    Field<float> b(*A->topology);
+    forEachVoxel(*A->topology, [&](Coord p, size_t i) { b[i] = p[1] < 20 + offset ? 1.0f : 0.0f; });
+    Field<double> x(*A->topology);
+    const SolveReport report = solve(multigrid, b, x, {1e-6, 0, 100, {}});
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.iterations, 21) << offset;
+    counts += " " + std::to_string(report.iterations);
+  }
+  RecordProperty("iterations", counts);
+}
+
+}  // namespace
+}  // namespace vdb_diffuse
