@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "diffusion/returned_light.h"
 #include "shapes/cloud.h"
 #include "stopwatch.h"
 
@@ -10,6 +11,12 @@ namespace vdb_diffuse::speed {
 double CloudSystem::fill() const {
   return static_cast<double>(voxels()) /
          static_cast<double>(medium.topology().blockCount() * size_t{kBlockVoxels});
+}
+
+Field<float> returnedLight(const Medium& medium, const ChannelOptics& optics) {
+  const std::vector<Surface> none;
+  const Occluder nothing(none);
+  return ReturnedLight(medium, nothing, none, Walls()).factors(optics, 0);
 }
 
 CloudSystem makeCloudSystem(size_t voxels, bool raw) {
@@ -24,6 +31,7 @@ CloudSystem makeCloudSystem(size_t voxels, bool raw) {
   EquationSettings settings;
   settings.cap = meanFreePathCap(model_settings, system.medium);
   const ChannelOptics optics = channelOptics(system.medium.optics, 0, model);
+  settings.returned = std::make_shared<const Field<float>>(returnedLight(system.medium, optics));
   const Stopwatch watch;
   system.equation = formEquation(system.medium, optics, 0, model, settings);
   system.seconds_equation = watch.read().wall;

@@ -4,8 +4,9 @@
 
 namespace vdb_diffuse::speed {
 
-/// The equation of a made cloud (shapes/cloud.h) of albedo 1, lit by a sun from above, as the default model
-/// has it; with the mean-free-path cap or, `raw`, without it.
+/// The equation of a made cloud (shapes/cloud.h) of albedo 1, lit by a sun from above, as a bake with the
+/// default model solves it: what returns of the light that leaves is held back, which makes the system harder
+/// (14 iterations to 1e-6 instead of 9 for 2 M voxels). With the mean-free-path cap or, `raw`, without it.
 struct CloudSystem {
   Medium medium;
   Equation equation;
@@ -16,6 +17,9 @@ struct CloudSystem {
   /// Fraction of the stored voxels that are active.
   double fill() const;
 };
+
+/// The equation's factors of returned light, without surfaces.
+Field<float> returnedLight(const Medium& medium, const ChannelOptics& optics);
 
 CloudSystem makeCloudSystem(size_t voxels, bool raw);
 

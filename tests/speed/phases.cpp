@@ -130,6 +130,7 @@ class Timer {
   void solver() {
     const Equation& e = system_.equation;
     const Field<float> Q0(system_.medium.topology(), 1.0f);
+    time("returned light", 0, [&] { returnedLight(system_.medium, e.optics); });
     time("equation", 0, [&] { formEquation(system_.medium, e.optics, 0, Model::kDefault, e.settings); });
     time("right-hand side", 0, [&] { formRightHandSide(e, system_.medium, {&Q0}); });
     time("multigrid setup", 0, [&] { Multigrid multigrid(e.A); });
