@@ -74,8 +74,9 @@ struct FaceLight {
 void depthsOf(const ChannelOptics& optics, const Medium& medium, size_t b, float* tau) {
   const float* rho = medium.density.values.block(b);
   const double h = medium.transform().meanVoxelSize();
+  const double usual = optics.sigma_t_beam * h;
   for (int n = 0; n < kBlockVoxels; ++n)
-    tau[n] = static_cast<float>(optics.at(b, n).sigma_t_beam * h * rho[n]);
+    tau[n] = static_cast<float>((optics.albedo_field ? optics.at(b, n).sigma_t_beam * h : usual) * rho[n]);
 }
 
 /// The light where the whole medium glows with a source function of 1.
@@ -119,11 +120,25 @@ FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, co
 constexpr int kReach = 4;  // of the ball over which light is summed, voxels
 constexpr int kSpan = kBlockWidth + 2 * kReach;
 
+/// The ball's half length along z, (dx, dy) from its middle; -1: outside.
+struct BallChords {
+  int reach[2 * kReach + 1][2 * kReach + 1] = {};
+  constexpr BallChords() {
+    for (int dx = -kReach; dx <= kReach; ++dx)
+      for (int dy = -kReach; dy <= kReach; ++dy) {
+        int z = -1;
+        while (dx * dx + dy * dy + (z + 1) * (z + 1) <= kReach * kReach) ++z;
+        reach[dx + kReach][dy + kReach] = z;
+      }
+  }
+};
+constexpr BallChords kChords;
+
 /// Sums of a field along z, from the bottom of the halo up: [x][y][z] holds the sum of what lies below z.
 struct RunningSums {
   float sum[kSpan][kSpan][kSpan + 1];
 
-  RunningSums(const Topology& topology, const Field<float>& field, size_t block) {
+  VDB_DIFFUSE_INLINE RunningSums(const Topology& topology, const Field<float>& field, size_t block) {
     const Coord& origin = topology.origin(block);
     std::fill_n(&sum[0][0][0], kSpan * kSpan * (kSpan + 1), 0.0f);
     for (int bx = -1; bx <= 1; ++bx)
@@ -136,27 +151,46 @@ struct RunningSums {
           const auto end = [](int side) { return std::min(kSpan, 8 * side + kReach + 8); };
           for (int x = first(bx); x < end(bx); ++x)
             for (int y = first(by); y < end(by); ++y)
-              for (int z = first(bz); z < end(bz); ++z)
-                sum[x][y][z + 1] = values[voxelOffset((x - kReach) & 7, (y - kReach) & 7, (z - kReach) & 7)];
+              std::copy_n(values + voxelOffset((x - kReach) & 7, (y - kReach) & 7, (first(bz) - kReach) & 7),
+                          end(bz) - first(bz), &sum[x][y][first(bz) + 1]);
         }
     for (auto& plane : sum)
       for (auto& row : plane)
         for (int z = 0; z < kSpan; ++z) row[z + 1] += row[z];
   }
   /// Over the ball about eight voxels along z, (x, y) of the block.
-  Row ball(int x, int y) const {
+  VDB_DIFFUSE_INLINE Row ball(int x, int y) const {
     Row total{};
     for (int dx = -kReach; dx <= kReach; ++dx)
       for (int dy = -kReach; dy <= kReach; ++dy) {
-        const int left = kReach * kReach - dx * dx - dy * dy;
-        if (left < 0) continue;
-        const int reach = static_cast<int>(std::sqrt(static_cast<float>(left)));
+        const int reach = kChords.reach[dx + kReach][dy + kReach];
+        if (reach < 0) continue;
         const float* row = sum[x + kReach + dx][y + kReach + dy] + kReach;
         total += loadRow(row + reach + 1) - loadRow(row - reach);
       }
     return total;
   }
 };
+
+/// \param smooth   what x would be by the steps of a smooth surface, times the light that leaves
+/// \param surface  voxels with open faces
+VDB_DIFFUSE_KERNEL void factorsOfBlock(const Topology& topology, const FaceLight& light,
+                                       const Field<float>& smooth, const BlockMask& surface, size_t b,
+                                       float* factor) {
+  const RunningSums entering(topology, light.entering, b), leaving(topology, light.leaving, b),
+      smooth_sum(topology, smooth, b);
+  for (int row = 0; row < 64; ++row) {
+    const uint8_t bits = rowBits(surface)[row];
+    if (!bits) continue;
+    const int x = row >> 3, y = row & 7;
+    const Row in = entering.ball(x, y), out = leaving.ball(x, y), m = smooth_sum.ball(x, y);
+    for (int z = 0; z < 8; ++z) {
+      if (!(bits >> z & 1) || !(out[z] > 0 && m[z] > 0)) continue;
+      const float beta = std::clamp(in[z] / out[z], 0.0f, kMostReturned);
+      factor[row * 8 + z] = std::min(1.0f, (1 - beta) / (1 + beta) * out[z] / m[z]);
+    }
+  }
+}
 
 }  // namespace
 
@@ -189,8 +223,7 @@ Field<float> ReturnedLight::factors(const ChannelOptics& optics, int channel) co
     }
   }
 
-  Field<float> smooth(
-      topology);  // what x would be by the steps of a smooth surface, times the light that leaves
+  Field<float> smooth(topology);
   forEachBlock(topology.blockCount(), [&](size_t b) {
     float area[kBlockVoxels], tau[kBlockVoxels];
     areaFactors(topology, stretch_, b, area);
@@ -205,19 +238,7 @@ Field<float> ReturnedLight::factors(const ChannelOptics& optics, int channel) co
     BlockMask surface;
     for (const BlockMask& open : openFaces(topology, walls_, b)) surface |= open;
     if (surface.isOff()) return;
-    const RunningSums entering(topology, light.entering, b), leaving(topology, light.leaving, b),
-        smooth_sum(topology, smooth, b);
-    for (int row = 0; row < 64; ++row) {
-      const uint8_t bits = rowBits(surface)[row];
-      if (!bits) continue;
-      const int x = row >> 3, y = row & 7;
-      const Row in = entering.ball(x, y), out = leaving.ball(x, y), m = smooth_sum.ball(x, y);
-      for (int z = 0; z < 8; ++z) {
-        if (!(bits >> z & 1) || !(out[z] > 0 && m[z] > 0)) continue;
-        const float beta = std::clamp(in[z] / out[z], 0.0f, kMostReturned);
-        factor.block(b)[row * 8 + z] = std::min(1.0f, (1 - beta) / (1 + beta) * out[z] / m[z]);
-      }
-    }
+    factorsOfBlock(topology, light, smooth, surface, b, factor.block(b));
   });
   return factor;
 }
