@@ -13,22 +13,11 @@ namespace {
 
 constexpr Node kNoParent = std::numeric_limits<Node>::min();  // joined to nothing: the smoother solves it
 
-// Cells that are split and twins that are made, at most, so that memory and time stay bounded in noise; more
-// sets than that share their cells' voxels, which costs iterations. A cloud of 8 M voxels makes 1,468, 4,435
-// and 3,472 of them on the levels of 1.1 M, 160,000 and 24,000 voxels.
-constexpr size_t kFewTwins = 20000;
-constexpr double kMostTwins = 0.02;  ///< beside those, for each coarse voxel
-
 class Splitter {
  public:
-  Splitter(const Operator& fine, Twins& twins, Transfer& transfer, Operator& coarse, Twins& coarse_twins)
-      : fine_(fine),
-        twins_(twins),
-        transfer_(transfer),
-        coarse_(coarse),
-        made_(coarse_twins),
-        most_(kFewTwins +
-              static_cast<size_t>(kMostTwins * static_cast<double>(coarse.topology->activeVoxelCount()))) {
+  Splitter(const Operator& fine, Twins& twins, size_t most, Transfer& transfer, Operator& coarse,
+           Twins& coarse_twins)
+      : fine_(fine), twins_(twins), transfer_(transfer), coarse_(coarse), made_(coarse_twins), most_(most) {
     for (size_t t = 0; t < twins_.size(); ++t) {
       const Coord& p = twins_.place[t];
       const Node block = fine_.topology->find(blockOriginOf(p));
@@ -107,8 +96,10 @@ class Splitter {
   }
 
   void gatherCells(const std::vector<uint64_t>& split) {
-    for (size_t b = 0; b < split.size(); ++b)
-      for (uint64_t cells = split[b]; cells && cells_.size() < most_; cells &= cells - 1) {
+    size_t apart = 0;
+    for (const uint64_t cells : split) apart += __builtin_popcountll(cells);
+    for (size_t b = 0; b < split.size() && apart <= most_; ++b)
+      for (uint64_t cells = split[b]; cells; cells &= cells - 1) {
         const int c = __builtin_ctzll(cells);
         const Node voxel =
             static_cast<Node>(b * kBlockVoxels) + voxelOffset(2 * (c >> 4), 2 * (c >> 2 & 3), 2 * (c & 3));
@@ -317,9 +308,9 @@ class Splitter {
 
 }  // namespace
 
-void splitCells(const Operator& fine, Twins& twins, const std::vector<uint64_t>& split, Transfer& transfer,
-                Operator& coarse, Twins& coarse_twins) {
-  Splitter(fine, twins, transfer, coarse, coarse_twins).run(split);
+void splitCells(const Operator& fine, Twins& twins, const std::vector<uint64_t>& split, size_t most,
+                Transfer& transfer, Operator& coarse, Twins& coarse_twins) {
+  Splitter(fine, twins, most, transfer, coarse, coarse_twins).run(split);
 }
 
 }  // namespace vdb_diffuse

@@ -9,7 +9,8 @@ namespace vdb_diffuse {
 ///
 /// \param split  by block, a bit for each cell (x*16 + y*4 + z) whose voxels are not joined inside it
 /// \param coarse  as the blocks have formed it
-void splitCells(const Operator& fine, Twins& twins, const std::vector<uint64_t>& split, Transfer& transfer,
-                Operator& coarse, Twins& coarse_twins);
+/// \param most  twins; where more cells come apart, none is split
+void splitCells(const Operator& fine, Twins& twins, const std::vector<uint64_t>& split, size_t most,
+                Transfer& transfer, Operator& coarse, Twins& coarse_twins);
 
 }  // namespace vdb_diffuse

@@ -81,7 +81,8 @@ VDB_DIFFUSE_KERNEL uint64_t coarsenBlock(const Operator& fine, const Transfer& t
 
 }  // namespace
 
-Operator coarsen(const Operator& fine, Twins& twins, Transfer& transfer, Twins& coarse_twins) {
+Operator coarsen(const Operator& fine, Twins& twins, size_t most_twins, Transfer& transfer,
+                 Twins& coarse_twins) {
   const size_t blocks = fine.topology->blockCount();
   Operator coarse;
   coarse.topology = coarseTopology(*fine.topology);
@@ -94,7 +95,7 @@ Operator coarsen(const Operator& fine, Twins& twins, Transfer& transfer, Twins& 
   coarse.sink = Field<float>(*coarse.topology);
   std::vector<uint64_t> apart(blocks);
   forEachBlock(blocks, [&](size_t b) { apart[b] = coarsenBlock(fine, transfer, coarse, b); });
-  splitCells(fine, twins, apart, transfer, coarse, coarse_twins);
+  splitCells(fine, twins, apart, most_twins, transfer, coarse, coarse_twins);
   formDiagonal(coarse);
   return coarse;
 }

@@ -40,8 +40,10 @@ struct Transfer {
 /// iterations on wispy clouds and on raw densities.
 ///
 /// \param twins  of the fine level, whose links learn their rows
+/// \param most_twins  where more coarse voxels should have one, none gets any
 /// \param coarse_twins  out
-Operator coarsen(const Operator& fine, Twins& twins, Transfer& transfer, Twins& coarse_twins);
+Operator coarsen(const Operator& fine, Twins& twins, size_t most_twins, Transfer& transfer,
+                 Twins& coarse_twins);
 
 /// Adds the links of twins to the sinks and diagonals of the voxels that they lead to; the last that is done
 /// to a level, since coarsening wants its sinks alone.

@@ -45,7 +45,7 @@ TEST(Twins, PairsThatMeetAtAnEdgeAreApart) {
       const Operator A = networkOf({p, p + along, q, q + along}, 0.25f);
       Twins none, twins;
       Transfer transfer;
-      const Operator coarse = coarsen(A, none, transfer, twins);
+      const Operator coarse = coarsen(A, none, 1000, transfer, twins);
       ASSERT_EQ(twins.size(), 1u) << axis << ' ' << turn;
       EXPECT_TRUE(twins.links.empty());
       EXPECT_EQ(twins.place[0], Coord(1));
@@ -64,7 +64,7 @@ TEST(Twins, TwoRodsAreAChainEach) {
   const Operator A = networkOf(voxels, 1.0f);
   Twins none, twins;
   Transfer transfer;
-  const Operator coarse = coarsen(A, none, transfer, twins);
+  const Operator coarse = coarsen(A, none, 1000, transfer, twins);
   ASSERT_EQ(twins.size(), 3u);  // none where the rods meet
   const auto joint = [&](size_t t, Node to) {
     float g = 0;
@@ -93,7 +93,7 @@ TEST(Twins, SetsAreInterpolatedApart) {
   const Operator A = networkOf(medium, 1e-3f);
   Twins none, twins;
   Transfer transfer;
-  const Operator coarse = coarsen(A, none, transfer, twins);
+  const Operator coarse = coarsen(A, none, 1000, transfer, twins);
   ASSERT_GT(twins.size(), 10u);
   for (size_t row = 0; row < transfer.apart.rows(); ++row) {
     float own = 0, blocks = 0;
@@ -106,6 +106,16 @@ TEST(Twins, SetsAreInterpolatedApart) {
     EXPECT_NEAR(own, alone ? 0 : 1, 1e-6);
     EXPECT_NEAR(blocks, 1, 1e-6);
   }
+}
+
+TEST(Twins, NoiseHasNone) {
+  const Medium medium = boxMedium(Coord(24), Transform(), [](Coord p) { return lumpyDensity(p); });
+  const Operator A = networkOf(medium, 1e-3f);
+  Twins none, twins;
+  Transfer transfer;
+  const Operator coarse = coarsen(A, none, 10, transfer, twins);
+  EXPECT_EQ(twins.size(), 0u);
+  EXPECT_EQ(transfer.apart.rows(), 0u);
 }
 
 /// Two slabs, a gap of one voxel between them and a bridge of one voxel over it: light that is even in each
