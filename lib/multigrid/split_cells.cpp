@@ -201,6 +201,7 @@ class Splitter {
   void joinTwins() {
     std::map<std::pair<Node, Node>, float> joints;
     const auto join = [&](Node a, Node b, float g) {
+      if (!(g > 0)) return;  // less than a float can hold
       joints[{a, b}] += g;
       joints[{b, a}] += g;
     };
@@ -226,11 +227,9 @@ class Splitter {
       }
     }
     made_.first.assign(1, 0);
-    auto joint = joints.begin();
-    // Sorted by node, and twin t is ~t: the last twin comes first.
     std::vector<std::vector<Twins::Link>> of_twin(made_.size());
-    for (; joint != joints.end() && joint->first.first < 0; ++joint)
-      of_twin[~joint->first.first].push_back({joint->first.second, joint->second});
+    for (const auto& [pair, g] : joints)
+      if (pair.first < 0) of_twin[~pair.first].push_back({pair.second, g});
     made_.inverse.clear();
     for (size_t t = 0; t < made_.size(); ++t) {
       double diagonal = made_.sink[t];
@@ -239,7 +238,8 @@ class Splitter {
         diagonal += link.g;
       }
       made_.first.push_back(static_cast<int32_t>(made_.links.size()));
-      made_.inverse.push_back(diagonal > 0 ? static_cast<float>(1 / diagonal) : 0);
+      constexpr double kLeast = std::numeric_limits<float>::min();  // whose inverse a float can hold too
+      made_.inverse.push_back(diagonal > kLeast ? static_cast<float>(1 / diagonal) : 0);
     }
     made_.x.assign(made_.size(), 0);
     made_.b.assign(made_.size(), 0);
