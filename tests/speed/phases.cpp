@@ -49,6 +49,7 @@ class Timer {
   }
 
   Phases run() {
+    const KeepArrays arrays;  // as in a bake
     for (const int threads : settings_.threads) {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
       threads_ = threads;
