@@ -3,22 +3,16 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/run_program.h"
+#include "cli/lump_files.h"
 #include "grid/volume_cut.h"
 #include "io/image.h"
-#include "io/vdb_writer.h"
-#include "volumes.h"
 
 namespace vdb_diffuse {
 namespace {
 
-/// A lump of 12 x 12 x 12 voxels of side 0.25 with a grid Cd, red below and blue above.
-class AlbedoGridFlag : public ::testing::Test {
+/// The lump with a grid Cd, red below and blue above.
+class AlbedoGridFlag : public LumpFiles {
  protected:
-  static Medium lump(const Coord& offset = Coord(0), uint64_t seed = 0) {
-    return boxMedium(
-        Coord(12), Transform::uniform(0.25), [&](Coord p) { return lumpyDensity(p, seed); }, offset);
-  }
   static Vec3f colour(const Coord& p) { return p[2] < 6 ? Vec3f(1, 0.25f, 0.25f) : Vec3f(0.25f, 0.5f, 1); }
   static Channels channels(const Topology& topology, const std::function<Vec3f(Coord)>& at) {
     Channels result(3, Field<float>(topology));
@@ -37,25 +31,11 @@ class AlbedoGridFlag : public ::testing::Test {
     const Medium medium = lump();
     return write(name, medium.density, {{"Cd", "", channels(medium.topology(), colour), {}}});
   }
-  std::string out(const std::string& name) const { return " -o " + folder_.file(name) + " "; }
   Outcome run(const std::string& command) {
     const Outcome outcome = runProgram(command);
     EXPECT_EQ(outcome.status, 0) << command << ": " << outcome.error;
     return outcome;
   }
-  GridValues grid(const std::string& file, const std::string& name) {
-    return VdbFile(folder_.file(file)).readValues(name);
-  }
-  static void expectSame(const GridValues& a, const GridValues& b, double tolerance) {
-    ASSERT_EQ(a.topology->activeVoxelCount(), b.topology->activeVoxelCount());
-    ASSERT_EQ(a.channels.size(), b.channels.size());
-    for (size_t c = 0; c < a.channels.size(); ++c)
-      EXPECT_LT(largestDifference(*a.topology, a.channels[c], *b.topology, b.channels[c],
-                                  [](Coord p) { return p; }),
-                tolerance)
-          << c;
-  }
-  TemporaryFolder folder_;
 };
 
 TEST_F(AlbedoGridFlag, LitsAVolumeThatRendersAlone) {

@@ -2,23 +2,16 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/run_program.h"
+#include "cli/lump_files.h"
 #include "grid/volume_cut.h"
 #include "io/image.h"
-#include "io/vdb_writer.h"
 #include "medium/blackbody.h"
-#include "volumes.h"
 
 namespace vdb_diffuse {
 namespace {
 
-/// A lump of 12 x 12 x 12 voxels of side 0.25, as files.
-class MediumFlags : public ::testing::Test {
+class MediumFlags : public LumpFiles {
  protected:
-  static Medium lump(const Coord& offset = Coord(0), uint64_t seed = 0) {
-    return boxMedium(
-        Coord(12), Transform::uniform(0.25), [&](Coord p) { return lumpyDensity(p, seed); }, offset);
-  }
   /// Writes density and, where `temperature` is above 0, a temperature that grows with x.
   std::string write(const std::string& name, const Volume& density, double temperature = 0) {
     std::vector<OutputGrid> grids;
@@ -33,26 +26,11 @@ class MediumFlags : public ::testing::Test {
     writeVdb(folder_.file(name), density, std::move(grids));
     return folder_.file(name);
   }
-  std::string out(const std::string& name) const { return " -o " + folder_.file(name) + " "; }
   Outcome bake(const std::string& inputs, const std::string& name, const std::string& flags) {
     const Outcome outcome = runProgram("bake " + inputs + out(name) + flags);
     EXPECT_EQ(outcome.status, 0) << outcome.error;
     return outcome;
   }
-  GridValues grid(const std::string& file, const std::string& name) {
-    return VdbFile(folder_.file(file)).readValues(name);
-  }
-  /// Largest difference over the largest value; both hold the same voxels.
-  static void expectSame(const GridValues& a, const GridValues& b, double tolerance) {
-    ASSERT_EQ(a.topology->activeVoxelCount(), b.topology->activeVoxelCount());
-    ASSERT_EQ(a.channels.size(), b.channels.size());
-    for (size_t c = 0; c < a.channels.size(); ++c)
-      EXPECT_LT(largestDifference(*a.topology, a.channels[c], *b.topology, b.channels[c],
-                                  [](Coord p) { return p; }),
-                tolerance)
-          << c;
-  }
-  TemporaryFolder folder_;
 };
 
 TEST_F(MediumFlags, ATemperatureGlowsAsTheRadianceOfABlackBody) {

@@ -86,9 +86,8 @@ TEST(Twins, TwoRodsAreAChainEach) {
   for (int z = 1; z < 4; ++z) EXPECT_EQ(coarse.faces[2][voxelOffset(1, 1, z)], kTwiceAsFar) << z;
 }
 
-/// Interpolation takes nothing from a place that it is not joined to: what is one in a set of unknowns that
-/// hangs together and zero elsewhere is so on the fine grid, whatever shares its coarse voxels.
-TEST(Twins, SetsAreInterpolatedApart) {
+/// An even correction stays even wherever rows are mended, and nothing is counted against itself.
+TEST(Twins, MendedRowsKeepWhatIsEven) {
   const Medium medium = boxMedium(Coord(24), Transform(), [](Coord p) { return lumpyDensity(p); });
   const Operator A = networkOf(medium, 1e-3f);
   Twins none, twins;
