@@ -1,6 +1,7 @@
 #include "diffusion/returned_light.h"
 
 #include <cmath>
+#include <cstring>
 
 #include "diffusion/area_factor.h"
 #include "medium/attenuation.h"
@@ -25,14 +26,62 @@ std::array<BlockMask, 6> openFaces(const Topology& topology, const Walls& walls,
   return open;
 }
 
+/// A mask's rows by layer across x, y and z, the rows of one layer in one word.
+void rowsByLayer(const BlockMask& mask, uint64_t rows[3][kBlockWidth]) {
+  const RowBits bits(mask);
+  uint8_t across[kBlockVoxels / 8];
+  for (int x = 0; x < kBlockWidth; ++x)
+    for (int y = 0; y < kBlockWidth; ++y) across[y * kBlockWidth + x] = bits.plain[x * kBlockWidth + y];
+  std::memcpy(rows[0], bits.plain, sizeof bits.plain);
+  std::memcpy(rows[1], across, sizeof across);
+  std::memcpy(rows[2], bits.turned, sizeof bits.turned);
+}
+
 /// A block's outer faces, and what passes them.
 struct Faces {
   const float* tau;
-  const uint8_t* open[6];  ///< by Topology::Face, a byte for each row
+  const uint64_t* open[6];  ///< by Topology::Face; of each layer on the rays' way, a byte for each row
   float *entering, *leaving;
   int stride_w, stride_u;
 };
 
+/// The light of a medium that glows with a source function of 1, at an optical depth after the dark.
+VDB_DIFFUSE_INLINE Row glow(Row tau) {
+  return 1.0f - exponentialDecay(tau);
+}
+
+/// Adds a layer's light through its open faces. \param tau  behind the rays, by row of voxels
+VDB_DIFFUSE_INLINE void addLight(uint64_t open, const Row* tau, float share, float* light, int stride) {
+  while (open) {
+    const int u = __builtin_ctzll(open) / 8;
+    const RowMask lanes = rowMask(static_cast<uint8_t>(open >> 8 * u));
+    float* row = light + u * stride;
+    storeRow(row, loadRow(row) + (lanes ? glow(tau[u]) * share : Row{}));
+    open &= ~(uint64_t(0xff) << 8 * u);
+  }
+}
+
+/// What stands in the way of rays that carry the optical depth behind them: surfaces take the light there,
+/// and send on rays with the depth that would have glowed as they do.
+Obstacles forDepths(const Obstacles& obstacles) {
+  static constexpr float kBrightest = 1 - 0x1p-20f;  // nothing is brighter than what lights it
+  return {obstacles.cuts,
+          [&obstacles](int octant) {
+            CutLight light = obstacles.leaving(octant);
+            for (std::vector<float>& slots : light)
+              for (float& slot : slots) slot = -std::log1p(-std::min(slot, kBrightest));
+            return light;
+          },
+          [&obstacles](int octant, const CutLight& depths) {
+            CutLight light = depths;
+            for (std::vector<float>& slots : light)
+              for (float& slot : slots) slot = -std::expm1(-slot);
+            obstacles.arrived(octant, light);
+          }};
+}
+
+/// Where all glows alike, a ray needs to know only the optical depth behind it: its light is asked for at the
+/// outer faces alone.
 VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Faces& block, const Coord& origin,
                                   Stretch part, float* rays) {
   const float share = static_cast<float>(lattice.weight * lattice.cross_section);
@@ -44,23 +93,19 @@ VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Faces& block,
       if (!part.has(n, k)) continue;
       const LayerStep& step = layer.step[k];
       const int in = axes[step.entered_by], out = axes[step.left_by];
-      const uint8_t *open_in = block.open[2 * in + (lattice.s[in] < 0 ? 1 : 0)],
-                    *open_out = block.open[2 * out + (lattice.s[out] > 0 ? 1 : 0)];
+      const uint64_t open_in = block.open[2 * in + (lattice.s[in] < 0 ? 1 : 0)][w],
+                     open_out = block.open[2 * out + (lattice.s[out] > 0 ? 1 : 0)][w];
       const float length = lattice.length * step.extent;
+      const float* tau = block.tau + w * block.stride_w;
       float* ray = rays + lattice.place(origin[lattice.u] - step.shift_u, origin[lattice.v] - step.shift_v);
-      for (int u = 0; u < kBlockWidth; ++u, ray += lattice.pitch) {
-        const int at = w * block.stride_w + u * block.stride_u;
-        const Row depth = loadRow(block.tau + at);
-        if (!anyAbove0(depth)) continue;
-        const Row psi = loadRow(ray), e = exponentialDecay(depth * length), after = psi * e + (1.0f - e);
-        storeRow(ray, after);
-        if (open_in[at >> 3])
-          storeRow(block.entering + at,
-                   loadRow(block.entering + at) + (rowMask(open_in[at >> 3]) ? psi * share : Row{}));
-        if (open_out[at >> 3])
-          storeRow(block.leaving + at,
-                   loadRow(block.leaving + at) + (rowMask(open_out[at >> 3]) ? after * share : Row{}));
+      Row before[kBlockWidth], after[kBlockWidth];
+      for (int u = 0; u < kBlockWidth; ++u, ray += lattice.pitch, tau += block.stride_u) {
+        before[u] = loadRow(ray);
+        after[u] = before[u] + loadRow(tau) * length;
+        storeRow(ray, after[u]);
       }
+      addLight(open_in, before, share, block.entering + w * block.stride_w, block.stride_u);
+      addLight(open_out, after, share, block.leaving + w * block.stride_w, block.stride_u);
     }
   }
 }
@@ -74,9 +119,13 @@ struct FaceLight {
 void depthsOf(const ChannelOptics& optics, const Medium& medium, size_t b, float* tau) {
   const float* rho = medium.density.values.block(b);
   const double h = medium.transform().meanVoxelSize();
-  const double usual = optics.sigma_t_beam * h;
+  if (!optics.albedo_field) {
+    const float usual = static_cast<float>(optics.sigma_t_beam * h);
+    for (int n = 0; n < kBlockVoxels; ++n) tau[n] = usual * rho[n];
+    return;
+  }
   for (int n = 0; n < kBlockVoxels; ++n)
-    tau[n] = static_cast<float>((optics.albedo_field ? optics.at(b, n).sigma_t_beam * h : usual) * rho[n]);
+    tau[n] = static_cast<float>(optics.at(b, n).sigma_t_beam * h * rho[n]);
 }
 
 /// The light where the whole medium glows with a source function of 1.
@@ -95,19 +144,18 @@ FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, co
       std::fill_n(entering, kBlockVoxels, 0.0f);
       std::fill_n(leaving, kBlockVoxels, 0.0f);
       const std::array<BlockMask, 6> masks = openFaces(topology, walls, b);
-      const RowBits open[6] = {RowBits(masks[0]), RowBits(masks[1]), RowBits(masks[2]),
-                               RowBits(masks[3]), RowBits(masks[4]), RowBits(masks[5])};
-      Faces plain{tau, {}, light.entering.block(b), light.leaving.block(b), 64, 8};
-      Faces turned{turned_tau, {}, entering, leaving, 64, 8};
-      for (int face = 0; face < 6; ++face) {
-        plain.open[face] = open[face].plain;
-        turned.open[face] = open[face].turned;
-      }
+      uint64_t open[6][3][kBlockWidth];
+      for (int face = 0; face < 6; ++face) rowsByLayer(masks[face], open[face]);
+      Faces plain{tau, {}, light.entering.block(b), light.leaving.block(b), 0, 0};
+      Faces turned{turned_tau, {}, entering, leaving, 0, 0};
       for (size_t d = 0; d < lattices.size(); ++d) {
-        plain.stride_w = lattices[d].w == 0 ? 64 : 8;
-        plain.stride_u = lattices[d].w == 0 ? 8 : 64;
+        const int w = lattices[d].w;
+        Faces& faces = w == 2 ? turned : plain;
+        faces.stride_w = w == 1 ? 8 : 64;
+        faces.stride_u = w == 1 ? 64 : 8;
+        for (int face = 0; face < 6; ++face) faces.open[face] = open[face][w];
         passDirection(d, [&](Stretch part, float* rays) {
-          passFaces(lattices[d], lattices[d].w == 2 ? turned : plain, topology.origin(b), part, rays);
+          passFaces(lattices[d], faces, topology.origin(b), part, rays);
         });
       }
       addTurnedBack(entering, plain.entering);
@@ -134,29 +182,39 @@ struct BallChords {
 };
 constexpr BallChords kChords;
 
-/// Sums of a field along z, from the bottom of the halo up: [x][y][z] holds the sum of what lies below z.
-struct RunningSums {
-  float sum[kSpan][kSpan][kSpan + 1];
+/// Sums of a field along z about the eight voxels of each row of a block and its halo, by how far they reach.
+struct Windows {
+  Row sum[kReach + 1][kSpan][kSpan];
 
-  VDB_DIFFUSE_INLINE RunningSums(const Topology& topology, const Field<float>& field, size_t block) {
+  VDB_DIFFUSE_INLINE Windows(const Topology& topology, const Field<float>& field, size_t block) {
     const Coord& origin = topology.origin(block);
-    std::fill_n(&sum[0][0][0], kSpan * kSpan * (kSpan + 1), 0.0f);
+    float halo[kSpan][kSpan][kSpan] = {};
     for (int bx = -1; bx <= 1; ++bx)
       for (int by = -1; by <= 1; ++by)
         for (int bz = -1; bz <= 1; ++bz) {
           const int32_t b = topology.find(origin + Coord(8 * bx, 8 * by, 8 * bz));
           if (b == kNoBlock) continue;
-          const float* values = field.block(b);
           const auto first = [](int side) { return std::max(0, 8 * side + kReach); };
           const auto end = [](int side) { return std::min(kSpan, 8 * side + kReach + 8); };
           for (int x = first(bx); x < end(bx); ++x)
-            for (int y = first(by); y < end(by); ++y)
-              std::copy_n(values + voxelOffset((x - kReach) & 7, (y - kReach) & 7, (first(bz) - kReach) & 7),
-                          end(bz) - first(bz), &sum[x][y][first(bz) + 1]);
+            for (int y = first(by); y < end(by); ++y) {
+              const float* row = field.block(b) + voxelOffset((x - kReach) & 7, (y - kReach) & 7, 0);
+              float* to = halo[x][y];
+              if (bz == 0)
+                std::memcpy(to + kReach, row, kBlockWidth * sizeof(float));
+              else if (bz < 0)
+                std::memcpy(to, row + kBlockWidth - kReach, kReach * sizeof(float));
+              else
+                std::memcpy(to + kReach + kBlockWidth, row, kReach * sizeof(float));
+            }
         }
-    for (auto& plane : sum)
-      for (auto& row : plane)
-        for (int z = 0; z < kSpan; ++z) row[z + 1] += row[z];
+    for (int x = 0; x < kSpan; ++x)
+      for (int y = 0; y < kSpan; ++y) {
+        const float* middle = &halo[x][y][kReach];
+        Row total = loadRow(middle);
+        sum[0][x][y] = total;
+        for (int z = 1; z <= kReach; ++z) sum[z][x][y] = total += loadRow(middle - z) + loadRow(middle + z);
+      }
   }
   /// Over the ball about eight voxels along z, (x, y) of the block.
   VDB_DIFFUSE_INLINE Row ball(int x, int y) const {
@@ -164,9 +222,7 @@ struct RunningSums {
     for (int dx = -kReach; dx <= kReach; ++dx)
       for (int dy = -kReach; dy <= kReach; ++dy) {
         const int reach = kChords.reach[dx + kReach][dy + kReach];
-        if (reach < 0) continue;
-        const float* row = sum[x + kReach + dx][y + kReach + dy] + kReach;
-        total += loadRow(row + reach + 1) - loadRow(row - reach);
+        if (reach >= 0) total += sum[reach][x + kReach + dx][y + kReach + dy];
       }
     return total;
   }
@@ -177,7 +233,7 @@ struct RunningSums {
 VDB_DIFFUSE_KERNEL void factorsOfBlock(const Topology& topology, const FaceLight& light,
                                        const Field<float>& smooth, const BlockMask& surface, size_t b,
                                        float* factor) {
-  const RunningSums entering(topology, light.entering, b), leaving(topology, light.leaving, b),
+  const Windows entering(topology, light.entering, b), leaving(topology, light.leaving, b),
       smooth_sum(topology, smooth, b);
   for (int row = 0; row < 64; ++row) {
     const uint8_t bits = rowBits(surface)[row];
@@ -215,7 +271,7 @@ Field<float> ReturnedLight::factors(const ChannelOptics& optics, int channel) co
     light = probe(nullptr);
   } else {
     SurfaceLight surfaces(wavefront_, cuts_, surfaces_, channel);
-    const Obstacles obstacles = surfaces.obstacles();
+    const Obstacles in_light = surfaces.obstacles(), obstacles = forDepths(in_light);
     light = probe(&obstacles);
     if (surfaces.reflects()) {
       surfaces.turn();

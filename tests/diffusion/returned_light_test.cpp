@@ -13,13 +13,12 @@ struct Returned {
 };
 
 /// Also checks the range that is promised, and that the interior has none.
-Returned returned(const Medium& medium, double extinction) {
-  const Occluder nothing{std::vector<Surface>{}};
-  const std::vector<Surface> surfaces;
+Returned returned(const Medium& medium, double extinction, const std::vector<Surface>& surfaces = {}) {
+  const Occluder occluder(surfaces);
   const Walls walls;
   ChannelOptics optics;
   optics.sigma_t_beam = extinction;
-  Returned r{ReturnedLight(medium, nothing, surfaces, walls).factors(optics, 0)};
+  Returned r{ReturnedLight(medium, occluder, surfaces, walls).factors(optics, 0)};
   double count = 0;
   forEachVoxel(medium.topology(), [&](Coord p, size_t i) {
     EXPECT_TRUE(r.factor[i] > 0.01f && r.factor[i] <= 1) << p;  // beta is at most 0.98
@@ -71,6 +70,22 @@ TEST(ReturnedLight, FacingPlatesGetHalfBack) {
     count += 1;
   });
   EXPECT_NEAR(sum / count, 1.0 / 3, 0.05 / 3);
+}
+
+// Close above a wide ground of albedo R an opaque plate gets R of its light back: x = (1 - R) / (1 + R).
+TEST(ReturnedLight, GroundGivesItsAlbedoBack) {
+  constexpr int kWidth = 64, kHeight = 12;  // the upper side is out of the lower one's reach
+  const Medium plate = boxMedium(Coord(kWidth, kWidth, kHeight), Transform(), one);
+  for (double albedo : {0.0, 0.3, 0.5, 0.8}) {
+    const std::vector<Surface> ground{
+        {"ground", quad(Vec3d(-200, -200, -1.5), Vec3d(464, 0, 0), Vec3d(0, 464, 0)), Vec3d(albedo)}};
+    const Returned r = returned(plate, 100, ground);
+    const double x = (1 - albedo) / (1 + albedo);
+    for (int i = 20; i < kWidth - 20; i += 3) {
+      EXPECT_NEAR(r.factor.at(plate.topology(), Coord(i, kWidth - i, 0)), x, 0.03) << albedo;
+      EXPECT_GT(r.factor.at(plate.topology(), Coord(i, i, kHeight - 1)), 0.97) << albedo;
+    }
+  }
 }
 
 TEST(ReturnedLight, NothingLeavesAClosedCavity) {
