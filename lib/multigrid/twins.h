@@ -36,7 +36,7 @@ struct Twins {
   std::vector<float> inverse;  ///< 1 / A_tt, 0 where that is 0
   std::vector<float> x, b;
   std::vector<int32_t> first;  ///< of each twin among `links`, and one past the last
-  std::vector<Link> links;     ///< to voxels and twins one step along an axis away
+  std::vector<Link> links;     ///< to voxels and twins at the same place or one step along an axis away
 
   size_t size() const { return place.size(); }
 };
