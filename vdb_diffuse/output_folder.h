@@ -1,7 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "io/atomic_file.h"
 
 namespace vdb_diffuse {
 
@@ -11,15 +14,12 @@ class OutputFolder {
   /// \param files  that will lie there: tried, so that a folder one may not write to is found before the work
   /// \throws OutputError
   OutputFolder(const std::string& path, const std::vector<std::string>& files);
-  ~OutputFolder();
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
 
   std::string file(const std::string& name) const;
 
  private:
   std::string path_;
-  bool made_ = false;
+  std::unique_ptr<RemovesEmptyFolder> made_;
 };
 
 }  // namespace vdb_diffuse

@@ -19,22 +19,27 @@ namespace {
 
 // A signal handler can neither lock nor allocate, so the names stand in fixed places. A file that finds no
 // free place is removed by its destructor alone.
+enum SlotState { kFree, kChanging, kHoldsFile, kHoldsFolder };
 struct Slot {
-  std::atomic<int> state{0};  // 0 free, 1 being filled or emptied, 2 holds a name
+  std::atomic<int> state{kFree};  // a SlotState
   char path[PATH_MAX];
 };
 Slot slots[16];
 
-int rememberTemporary(const std::string& path) {
+int remember(const std::string& path, SlotState as) {
   if (path.size() >= PATH_MAX) return -1;
   for (size_t s = 0; s < sizeof slots / sizeof slots[0]; ++s) {
-    int free = 0;
-    if (!slots[s].state.compare_exchange_strong(free, 1)) continue;
+    int free = kFree;
+    if (!slots[s].state.compare_exchange_strong(free, kChanging)) continue;
     std::memcpy(slots[s].path, path.c_str(), path.size() + 1);
-    slots[s].state = 2;
+    slots[s].state = as;
     return static_cast<int>(s);
   }
   return -1;
+}
+
+void forget(int slot) {
+  if (slot >= 0) slots[slot].state = kFree;
 }
 
 /// The file that a path means: links followed, even one to a file that is not there yet.
@@ -82,9 +87,9 @@ AtomicFile::AtomicFile(const std::string& target) : shown_(target), target_(reso
     temporary_ = (slash == std::string::npos ? "" : target_.substr(0, slash + 1)) + "." +
                  name.substr(0, 200) + "." + std::to_string(::getpid()) + "-" + std::to_string(counter++) +
                  ".tmp";
-    slot_ = rememberTemporary(temporary_);
+    slot_ = remember(temporary_, kHoldsFile);
     file = ::open(temporary_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
-    if (file < 0 && slot_ >= 0) slots[slot_].state = 0;
+    if (file < 0) forget(slot_);
   } while (file < 0 && errno == EEXIST);
   if (file < 0) {
     const int error = errno;
@@ -97,7 +102,7 @@ AtomicFile::AtomicFile(const std::string& target) : shown_(target), target_(reso
 AtomicFile::~AtomicFile() {
   if (temporary_.empty()) return;
   ::unlink(temporary_.c_str());
-  if (slot_ >= 0) slots[slot_].state = 0;
+  forget(slot_);
 }
 
 void AtomicFile::commit() {
@@ -106,7 +111,7 @@ void AtomicFile::commit() {
   if (::rename(temporary_.c_str(), target_.c_str()) != 0)
     fail(std::string("cannot be put in place: ") + std::strerror(errno));
   temporary_.clear();
-  if (slot_ >= 0) slots[slot_].state = 0;
+  forget(slot_);
   slot_ = -1;
   // The file is whole and in place; some file systems know no flush of folders, which is no failure.
   flushToDisk(folder_, O_RDONLY | O_DIRECTORY);
@@ -116,9 +121,19 @@ void AtomicFile::fail(const std::string& what) const {
   throw OutputError(shown_ + ": " + what);
 }
 
+RemovesEmptyFolder::RemovesEmptyFolder(const std::string& path)
+    : path_(path), slot_(remember(path, kHoldsFolder)) {}
+
+RemovesEmptyFolder::~RemovesEmptyFolder() {
+  ::rmdir(path_.c_str());
+  forget(slot_);
+}
+
 void removeTemporaryFiles() noexcept {
   for (Slot& slot : slots)
-    if (slot.state == 2) ::unlink(slot.path);
+    if (slot.state == kHoldsFile) ::unlink(slot.path);
+  for (Slot& slot : slots)
+    if (slot.state == kHoldsFolder) ::rmdir(slot.path);
 }
 
 bool sameFile(const std::string& a, const std::string& b) {

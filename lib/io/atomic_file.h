@@ -33,8 +33,21 @@ class AtomicFile {
   [[noreturn]] void fail(const std::string& what) const;
 };
 
-/// Removes the temporary files of all AtomicFiles alive. Safe to call from a signal handler, and meant for
-/// one that is about to end the process.
+/// A folder that is removed again if nothing lies in it when the object ends, or the process by a signal.
+class RemovesEmptyFolder {
+ public:
+  explicit RemovesEmptyFolder(const std::string& path);
+  ~RemovesEmptyFolder();
+  RemovesEmptyFolder(const RemovesEmptyFolder&) = delete;
+  RemovesEmptyFolder& operator=(const RemovesEmptyFolder&) = delete;
+
+ private:
+  std::string path_;
+  int slot_;
+};
+
+/// Removes the temporary files of all AtomicFiles alive, and the folders left empty. Safe to call from a
+/// signal handler, and meant for one that is about to end the process.
 void removeTemporaryFiles() noexcept;
 
 /// Both paths lead to one file (device and inode agree). False where either does not exist.

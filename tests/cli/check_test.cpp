@@ -37,8 +37,8 @@ TEST_F(Check, AnAcceptedBakePassesAndAChangedOneDoesNot) {
   writeCase("--sun 0,0,-1");
   EXPECT_EQ(check("--update").status, 0);
   ASSERT_TRUE(hasFile("noon.vdb"));
-  for (const GridSummary& grid : VdbFile(folder_.file("noon.vdb")).grids())
-    EXPECT_TRUE(grid.half) << grid.name;
+  const VdbFile stored(folder_.file("noon.vdb"));
+  for (const GridSummary& grid : stored.grids()) EXPECT_TRUE(grid.half) << grid.name;
   const Outcome same = check();
   EXPECT_EQ(same.status, 0) << same.out << same.error;
   EXPECT_FALSE(hasFile("pictures"));

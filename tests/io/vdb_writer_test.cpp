@@ -304,5 +304,22 @@ TEST(AtomicFile, ASignalHandlerCanRemoveWhatIsUnfinished) {
   EXPECT_EQ(folder.fileCount(), 1u);
 }
 
+TEST(AtomicFile, AFolderStaysOnlyWithSomethingInIt) {
+  const TemporaryFolder folder;
+  const std::string empty = folder.file("empty"), full = folder.file("full");
+  for (const std::string& path : {empty, full}) std::filesystem::create_directory(path);
+  writeText(full + "/finished", "a picture");
+  {
+    const RemovesEmptyFolder first(empty), second(full);
+    const AtomicFile unfinished(empty + "/report.png");
+    removeTemporaryFiles();  // by a signal
+    EXPECT_FALSE(std::filesystem::exists(empty));
+    EXPECT_TRUE(std::filesystem::exists(full + "/finished"));
+    std::filesystem::create_directory(empty);
+  }
+  EXPECT_FALSE(std::filesystem::exists(empty));  // by the objects' end
+  EXPECT_TRUE(std::filesystem::exists(full + "/finished"));
+}
+
 }  // namespace
 }  // namespace vdb_diffuse
