@@ -6,6 +6,8 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <filesystem>
+
 #include "io/atomic_file.h"
 #include "io/expect_error.h"
 #include "io/temporary_folder.h"
