@@ -6,11 +6,11 @@
 
 // Eight voxels side by side along a block's contiguous axis, the unit that kernels work on.
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 /// Compiled for AVX2 as well and chosen when the program starts. The conductances are formed by one addition
 /// and one division, so they are the same numbers on either path.
 #define VDB_DIFFUSE_KERNEL __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
+#else  // ThreadSanitizer, for one, would watch what chooses before it has started itself
 #define VDB_DIFFUSE_KERNEL
 #endif
 #define VDB_DIFFUSE_INLINE inline __attribute__((always_inline))
