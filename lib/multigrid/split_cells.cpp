@@ -84,6 +84,7 @@ class Splitter {
       return;
     }
     forEachFace(fine_, node, [&](int, Node next, float g) { visit(next, g); });
+    if (twins_of_.empty()) return;
     const auto found = twins_of_.find(node);
     if (found == twins_of_.end()) return;
     for (const Joint& joint : found->second) visit(joint.to, joint.g);
@@ -109,12 +110,11 @@ class Splitter {
   /// Leaves the bits of the cells that come apart.
   void sift(std::vector<uint64_t>& loose) const {
     forEachBlock(loose.size(), [&](size_t b) {
+      Sets sets;
       for (uint64_t cells = loose[b]; cells; cells &= cells - 1) {
         const int c = __builtin_ctzll(cells);
-        const std::vector<Node> voxels = voxelsOfCell(firstVoxel(b, c));
-        const std::vector<int> set = firmSets(voxels);
-        if (std::all_of(set.begin(), set.end(), [&](int s) { return s == set.front(); }))
-          loose[b] &= ~(uint64_t{1} << c);
+        joinFirmSets(voxelsOfCell(firstVoxel(b, c)), sets);
+        if (sets.left.size() == 1) loose[b] &= ~(uint64_t{1} << c);
       }
     });
   }
@@ -137,48 +137,66 @@ class Splitter {
     }
   }
 
-  /// By member the number of its set, which is that of one of them.
-  std::vector<int> firmSets(const std::vector<Node>& members) const {
+  /// A cell's sets, known by one of their members each, and scratch.
+  struct Sets {
+    std::vector<int> of;          // by member
+    std::vector<int> left;        // those that have joined no other
+    std::vector<double> between;  // conductances, a row for each set
+    std::vector<double> ties;     // of each set to all that is not in it
+    std::vector<double> within;   // the strongest tie inside it
+  };
+
+  void gatherTies(const std::vector<Node>& members, Sets& sets) const {
     const size_t count = members.size();
-    std::vector<int> set(count);
-    std::iota(set.begin(), set.end(), 0);
-    std::vector<double> between(count * count, 0.0);  // conductances, by set
-    std::vector<double> ties(count, 0.0);             // of each set to all that is not in it
-    std::vector<double> within(count, 0.0);           // the strongest tie inside it
+    sets.of.resize(count);
+    std::iota(sets.of.begin(), sets.of.end(), 0);
+    sets.left = sets.of;
+    sets.between.assign(count * count, 0.0);
+    sets.ties.assign(count, 0.0);
+    sets.within.assign(count, 0.0);
     for (size_t i = 0; i < count; ++i)
       forEachJoint(members[i], [&](Node to, float g) {
-        ties[i] += g;
+        sets.ties[i] += g;
         const auto found = std::find(members.begin(), members.end(), to);
-        if (found != members.end()) between[i * count + (found - members.begin())] += g;
+        if (found != members.end()) sets.between[i * count + (found - members.begin())] += g;
       });
+  }
+
+  void joinFirmSets(const std::vector<Node>& members, Sets& sets) const {
+    gatherTies(members, sets);
+    const size_t count = members.size();
     while (true) {
       double share = kFirm;
-      size_t from = 0, to = 0;
-      for (size_t i = 0; i < count; ++i)
-        for (size_t j = 0; j < count && set[i] == static_cast<int>(i); ++j) {
-          const double g = between[i * count + j];
-          if (i == j || set[j] != static_cast<int>(j) || !(g > share * ties[i]) || g < kAsFirm * within[i])
-            continue;
-          share = g / ties[i];
+      int from = 0, to = 0;
+      for (const int i : sets.left) {
+        const double least = kAsFirm * sets.within[i];
+        for (const int j : sets.left) {
+          const double g = sets.between[i * count + j];
+          if (i == j || !(g > share * sets.ties[i]) || g < least) continue;
+          share = g / sets.ties[i];
           from = i;
           to = j;
         }
-      if (from == to) return set;
-      const double g = between[from * count + to];
-      std::replace(set.begin(), set.end(), static_cast<int>(from), static_cast<int>(to));
-      ties[to] += ties[from] - 2 * g;
-      within[to] = std::max({within[to], within[from], g});
-      for (size_t k = 0; k < count; ++k) {
-        if (k == from || k == to) continue;
-        between[to * count + k] += between[from * count + k];
-        between[k * count + to] = between[to * count + k];
+      }
+      if (from == to) return;
+      const double g = sets.between[from * count + to];
+      std::replace(sets.of.begin(), sets.of.end(), from, to);
+      sets.left.erase(std::find(sets.left.begin(), sets.left.end(), from));
+      sets.ties[to] += sets.ties[from] - 2 * g;
+      sets.within[to] = std::max({sets.within[to], sets.within[from], g});
+      for (const int k : sets.left) {
+        if (k == to) continue;
+        sets.between[to * count + k] += sets.between[from * count + k];
+        sets.between[k * count + to] = sets.between[to * count + k];
       }
     }
   }
 
   /// The largest of a cell's sets keeps its voxel; each other gets a twin.
   void splitCell(Node cell, const std::vector<Node>& members) {
-    const std::vector<int> set = firmSets(members);
+    Sets sets;
+    joinFirmSets(members, sets);
+    const std::vector<int>& set = sets.of;
     std::vector<char> joined(members.size(), 0);
     for (size_t i = 0; i < members.size(); ++i) forEachJoint(members[i], [&](Node, float) { joined[i] = 1; });
     int largest = -1, most = 0;

@@ -24,8 +24,9 @@ std::shared_ptr<const Topology> coarseTopology(const Topology& fine) {
 }
 
 // A cell has all its voxels held together firmly where none of its inner faces conducts less than this part
-// of the best conductor about it; others are looked at more closely.
-constexpr float kEven = 0.15f;
+// of the best conductor about it; others are looked at more closely. On 2 M voxels of raw density 0.15 finds
+// nothing more and takes setup twice as long, 0.02 takes 38 iterations instead of 34.
+constexpr float kEven = 0.05f;
 
 /// Whether a cell's inner faces conduct about as well as the others: for the four cells of (x..x+1, y..y+1).
 VDB_DIFFUSE_INLINE unsigned unevenCells(const BlockFaces& g, int x, int y) {

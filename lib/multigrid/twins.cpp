@@ -3,6 +3,8 @@
 namespace vdb_diffuse {
 namespace {
 
+constexpr size_t kRowGrain = 256;  ///< rows a thread takes at a time: some microseconds of work
+
 float& valueOf(Node node, Field<float>& field, std::vector<float>& of_twins) {
   return node < 0 ? of_twins[~node] : field[node];
 }
@@ -53,24 +55,30 @@ void restrictRows(const Operator& A, const Twins& twins, const Field<float>& b, 
   for (size_t t = 0; t < twins.size(); ++t)
     for (int32_t k = twins.first[t]; k < twins.first[t + 1]; ++k)
       if (twins.links[k].to >= 0) from_twins[twins.links[k].row] += twins.links[k].g * twins.x[t];
-  for (size_t row = 0; row < interpolation.rows(); ++row) {
-    const Node node = interpolation.fine[row];
-    float seen = 0, residual;  // `seen`: what the blocks take it for
-    if (node < 0) {
-      const size_t t = static_cast<size_t>(~node);
-      residual = twins.b[t] - twins.sink[t] * twins.x[t];
-      for (int32_t k = twins.first[t]; k < twins.first[t + 1]; ++k)
-        residual -= twins.links[k].g * (twins.x[t] - valueOf(twins.links[k].to, x, twins.x));
-    } else {
-      seen = b[node] - A.sink[node] * x[node];
-      forEachFace(A, node, [&](int, Node next, float g) { seen -= g * (x[node] - x[next]); });
-      residual = seen + from_twins[row];
-    }
+  std::vector<float> seen(interpolation.rows(), 0.0f), residual(interpolation.rows());
+  forEachBlock(
+      interpolation.rows(),
+      [&](size_t row) {
+        const Node node = interpolation.fine[row];
+        if (node < 0) {
+          const size_t t = static_cast<size_t>(~node);
+          float sum = twins.b[t] - twins.sink[t] * twins.x[t];
+          for (int32_t k = twins.first[t]; k < twins.first[t + 1]; ++k)
+            sum -= twins.links[k].g * (twins.x[t] - valueOf(twins.links[k].to, x, twins.x));
+          residual[row] = sum;
+        } else {
+          float sum = b[node] - A.sink[node] * x[node];
+          forEachFace(A, node, [&](int, Node next, float g) { sum -= g * (x[node] - x[next]); });
+          seen[row] = sum;  // what the blocks take it for
+          residual[row] = sum + from_twins[row];
+        }
+      },
+      kRowGrain);
+  for (size_t row = 0; row < interpolation.rows(); ++row)
     for (int32_t k = interpolation.first[row]; k < interpolation.first[row + 1]; ++k) {
       const Interpolation::Weight& weight = interpolation.weights[k];
-      valueOf(weight.coarse, coarse_b, coarse.b) += weight.own * residual - weight.blocks * seen;
+      valueOf(weight.coarse, coarse_b, coarse.b) += weight.own * residual[row] - weight.blocks * seen[row];
     }
-  }
 }
 
 std::vector<float> prolongRows(const Interpolation& interpolation, const Field<float>& e, const Twins& coarse,

@@ -17,9 +17,10 @@ namespace vdb_diffuse {
 //      +----+----+
 //
 // stands for the largest set of them, and each further set has an unknown of its own at the same place, a
-// twin. There are few: 650 beside the 285,000 voxels of the second level of a cloud of 2 M voxels, and
-// without them its light takes 12 iterations to 1e-4 and 25 to 1e-6 instead of 8 and 13. Blocks know nothing
-// of them; what they add to a level is done one by one here.
+// twin; so it is with children that are joined, but much less than each is to others. There are few: 650
+// beside the 285,000 voxels of the second level of a cloud of 2 M voxels, and without them its light takes 12
+// iterations to 1e-4 and 25 to 1e-6 instead of 8 and 13. Blocks know nothing of them; what they add to a
+// level is done one by one here.
 
 /// An unknown of a level: its index in the level's fields, or ~t for twin t.
 using Node = int64_t;

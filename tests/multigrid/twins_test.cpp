@@ -86,6 +86,54 @@ TEST(Twins, TwoRodsAreAChainEach) {
   for (int z = 1; z < 4; ++z) EXPECT_EQ(coarse.faces[2][voxelOffset(1, 1, z)], kTwiceAsFar) << z;
 }
 
+/// Conductances of voxels in series, each with the half resistance that `of` gives; none where it is
+/// negative.
+template <typename HalfResistance>
+Operator unevenNetwork(const HalfResistance& of) {
+  const Medium medium = boxMedium(Coord(8), Transform(), [&](Coord p) { return of(p) >= 0 ? 1.0 : -1.0; });
+  Operator A = networkOf(medium, 0.0f);
+  forEachVoxel(*A.topology, [&](Coord p, size_t i) { A.half_resistance[i] = static_cast<float>(of(p)); });
+  formDiagonal(A);
+  return A;
+}
+
+/// Two good conductors lead into a coarse voxel, and a bad one of the same coarse voxel joins them.
+TEST(Twins, ConductorsWithABadOneBetweenThemAreApart) {
+  for (const bool bad : {true, false}) {
+    const Operator A = unevenNetwork([&](Coord p) {
+      if (p == Coord(3, 2, 2)) return bad ? 1.0 : 0.001;
+      const bool good = (p[1] == 2 && p[2] == 2 && p[0] <= 2) || (p[1] == 3 && p[2] == 2 && p[0] >= 3);
+      return good ? 0.001 : -1.0;
+    });
+    Twins none, twins;
+    Transfer transfer;
+    const Operator coarse = coarsen(A, none, 1000, transfer, twins);
+    ASSERT_EQ(twins.size(), bad ? 1u : 0u);
+    if (!bad) continue;
+    EXPECT_EQ(twins.place[0], Coord(1));
+    ASSERT_EQ(twins.links.size(), 2u);  // to the coarse voxel beside it, and past the bad one to its own
+    for (const Twins::Link& link : twins.links)
+      EXPECT_FLOAT_EQ(link.g, link.to == voxelOffset(1, 1, 1) ? 1 / 1.001f : kTwiceAsFar / 0.002f);
+    EXPECT_FLOAT_EQ(coarse.faces[0][voxelOffset(1, 1, 1)] + coarse.faces[0][voxelOffset(2, 1, 1)],
+                    kTwiceAsFar / 0.002f);  // one of the two is the twin's
+  }
+}
+
+/// Two pairs of good conductors among bad ones: each moves as a whole, and the smoother hardly sees by how
+/// much.
+TEST(Twins, PairsAmongBadConductorsAreApart) {
+  for (const double of_pairs : {0.5, 0.001}) {
+    const Operator A = unevenNetwork([&](Coord p) {
+      const bool paired = p[0] / 2 == 1 && p[0] == p[1] && p[2] / 2 == 1;
+      return paired ? of_pairs : 0.5;
+    });
+    Twins none, twins;
+    Transfer transfer;
+    coarsen(A, none, 1000, transfer, twins);
+    EXPECT_EQ(twins.size(), of_pairs < 0.5 ? 1u : 0u);
+  }
+}
+
 /// An even correction stays even wherever rows are mended, and nothing is counted against itself.
 TEST(Twins, MendedRowsKeepWhatIsEven) {
   const Medium medium = boxMedium(Coord(24), Transform(), [](Coord p) { return lumpyDensity(p); });
