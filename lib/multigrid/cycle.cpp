@@ -193,7 +193,7 @@ size_t Multigrid::bytes() const {
     for (const Field<float>* f : {&A.half_resistance, &A.faces[0], &A.faces[1], &A.faces[2], &A.sink,
                                   &A.inverse_diagonal, &level.x, &level.b, &level.to_coarse.spill})
       bytes += f->size() * sizeof(float);
-    bytes += A.topology->bytes();
+    bytes += A.topology->bytes() + level.twins.bytes() + level.to_coarse.apart.bytes();
   }
   return bytes;
 }

@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 #include <unordered_map>
 
 #include "grid/coarse_block.h"
+#include "multigrid/firm_sets.h"
 
 namespace vdb_diffuse {
 namespace {
-
-// Shares of 0.1 and 0.2 instead take 37 and 32 iterations on 2 M voxels of raw density, 0.2 with five times
-// as many twins; 0.1 and 0.2 as firm take 36 and 35.
-constexpr double kFirm = 0.15, kAsFirm = 0.4;
 
 constexpr Node kNoParent = std::numeric_limits<Node>::min();  // joined to nothing: the smoother solves it
 
@@ -110,11 +106,11 @@ class Splitter {
   /// Leaves the bits of the cells that come apart.
   void sift(std::vector<uint64_t>& loose) const {
     forEachBlock(loose.size(), [&](size_t b) {
-      Sets sets;
+      FirmSets sets;
       for (uint64_t cells = loose[b]; cells; cells &= cells - 1) {
         const int c = __builtin_ctzll(cells);
         joinFirmSets(voxelsOfCell(firstVoxel(b, c)), sets);
-        if (sets.left.size() == 1) loose[b] &= ~(uint64_t{1} << c);
+        if (sets.count() == 1) loose[b] &= ~(uint64_t{1} << c);
       }
     });
   }
@@ -137,66 +133,24 @@ class Splitter {
     }
   }
 
-  /// A cell's sets, known by one of their members each, and scratch.
-  struct Sets {
-    std::vector<int> of;          // by member
-    std::vector<int> left;        // those that have joined no other
-    std::vector<double> between;  // conductances, a row for each set
-    std::vector<double> ties;     // of each set to all that is not in it
-    std::vector<double> within;   // the strongest tie inside it
-  };
-
-  void gatherTies(const std::vector<Node>& members, Sets& sets) const {
-    const size_t count = members.size();
-    sets.of.resize(count);
-    std::iota(sets.of.begin(), sets.of.end(), 0);
-    sets.left = sets.of;
-    sets.between.assign(count * count, 0.0);
-    sets.ties.assign(count, 0.0);
-    sets.within.assign(count, 0.0);
-    for (size_t i = 0; i < count; ++i)
+  void joinFirmSets(const std::vector<Node>& members, FirmSets& sets) const {
+    sets.reset(members.size());
+    for (size_t i = 0; i < members.size(); ++i)
       forEachJoint(members[i], [&](Node to, float g) {
-        sets.ties[i] += g;
         const auto found = std::find(members.begin(), members.end(), to);
-        if (found != members.end()) sets.between[i * count + (found - members.begin())] += g;
+        if (found == members.end())
+          sets.tieOut(i, g);
+        else
+          sets.tie(i, static_cast<size_t>(found - members.begin()), g);
       });
-  }
-
-  void joinFirmSets(const std::vector<Node>& members, Sets& sets) const {
-    gatherTies(members, sets);
-    const size_t count = members.size();
-    while (true) {
-      double share = kFirm;
-      int from = 0, to = 0;
-      for (const int i : sets.left) {
-        const double least = kAsFirm * sets.within[i];
-        for (const int j : sets.left) {
-          const double g = sets.between[i * count + j];
-          if (i == j || !(g > share * sets.ties[i]) || g < least) continue;
-          share = g / sets.ties[i];
-          from = i;
-          to = j;
-        }
-      }
-      if (from == to) return;
-      const double g = sets.between[from * count + to];
-      std::replace(sets.of.begin(), sets.of.end(), from, to);
-      sets.left.erase(std::find(sets.left.begin(), sets.left.end(), from));
-      sets.ties[to] += sets.ties[from] - 2 * g;
-      sets.within[to] = std::max({sets.within[to], sets.within[from], g});
-      for (const int k : sets.left) {
-        if (k == to) continue;
-        sets.between[to * count + k] += sets.between[from * count + k];
-        sets.between[k * count + to] = sets.between[to * count + k];
-      }
-    }
+    sets.join();
   }
 
   /// The largest of a cell's sets keeps its voxel; each other gets a twin.
   void splitCell(Node cell, const std::vector<Node>& members) {
-    Sets sets;
+    FirmSets sets;
     joinFirmSets(members, sets);
-    const std::vector<int>& set = sets.of;
+    const std::vector<int>& set = sets.setOf();
     std::vector<char> joined(members.size(), 0);
     for (size_t i = 0; i < members.size(); ++i) forEachJoint(members[i], [&](Node, float) { joined[i] = 1; });
     int largest = -1, most = 0;

@@ -40,6 +40,9 @@ struct Twins {
   std::vector<Link> links;     ///< to voxels and twins at the same place or one step along an axis away
 
   size_t size() const { return place.size(); }
+  size_t bytes() const {
+    return size() * (sizeof(Coord) + 4 * sizeof(float) + sizeof(int32_t)) + links.size() * sizeof(Link);
+  }
 };
 
 /// Unknowns whose interpolation from the next level is not what the blocks' kernels take it for: those with
@@ -54,6 +57,7 @@ struct Interpolation {
   std::vector<Weight> weights;
 
   size_t rows() const { return fine.size(); }
+  size_t bytes() const { return rows() * (sizeof(Node) + sizeof(int32_t)) + weights.size() * sizeof(Weight); }
 };
 
 /// Sum over the faces of a voxel: visit(face, index of the voxel across, conductance), those that conduct.
