@@ -39,6 +39,19 @@ VDB_DIFFUSE_KERNEL double applyToBlock(const Operator& A, const Field<float>& p,
   return sumOf(dot);
 }
 
+using FourDoubles = DoubleRow::Half;
+using FourPlaces = int64_t __attribute__((vector_size(32)));
+
+/// The values one voxel below and one above along z, in a row that goes on with `beyond`.
+VDB_DIFFUSE_INLINE DoubleRow fromBelow(const DoubleRow& row, double beyond) {
+  return {__builtin_shuffle(row.low, FourDoubles{} + beyond, FourPlaces{4, 0, 1, 2}),
+          __builtin_shuffle(row.low, row.high, FourPlaces{3, 4, 5, 6})};
+}
+VDB_DIFFUSE_INLINE DoubleRow fromAbove(const DoubleRow& row, double beyond) {
+  return {__builtin_shuffle(row.low, row.high, FourPlaces{1, 2, 3, 4}),
+          __builtin_shuffle(row.high, FourDoubles{} + beyond, FourPlaces{1, 2, 3, 4})};
+}
+
 VDB_DIFFUSE_KERNEL void residualOfBlock(const Operator& A, const Field<float>& b, const Field<double>& x,
                                         Field<float>& r, size_t block) {
   BlockFaces g;
@@ -49,16 +62,24 @@ VDB_DIFFUSE_KERNEL void residualOfBlock(const Operator& A, const Field<float>& b
   float* out = r.block(block);
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < 8; ++j) {
-      const double *c = u.row(i, j), *xl = u.row(i - 1, j), *xh = u.row(i + 1, j), *yl = u.row(i, j - 1),
-                   *yh = u.row(i, j + 1);
-      const float *gx = g.x[i][j], *gX = g.x[i + 1][j], *gy = g.y[i][j], *gY = g.y[i][j + 1],
-                  *gz = g.below[i][j], *gZ = g.above[i][j];
       const int n = voxelOffset(i, j, 0);
-      for (int k = 0; k < 8; ++k) {
-        const double flow = gx[k] * (c[k] - xl[k]) + gX[k] * (c[k] - xh[k]) + gy[k] * (c[k] - yl[k]) +
-                            gY[k] * (c[k] - yh[k]) + gz[k] * (c[k] - u.at(i, j, k - 1)) +
-                            gZ[k] * (c[k] - u.at(i, j, k + 1));
-        out[n + k] = static_cast<float>(rhs[n + k] - (flow + sink[n + k] * c[k]));
+      const DoubleRow c = loadDoubles(u.row(i, j));
+      DoubleRow left = widen(loadRow(rhs + n));
+      const auto flow = [&](const float* conductance, const DoubleRow& next) VDB_DIFFUSE_INLINED {
+        const DoubleRow w = widen(loadRow(conductance));
+        left.low -= w.low * (c.low - next.low);
+        left.high -= w.high * (c.high - next.high);
+      };
+      flow(g.x[i][j], loadDoubles(u.row(i - 1, j)));
+      flow(g.x[i + 1][j], loadDoubles(u.row(i + 1, j)));
+      flow(g.y[i][j], loadDoubles(u.row(i, j - 1)));
+      flow(g.y[i][j + 1], loadDoubles(u.row(i, j + 1)));
+      flow(g.below[i][j], fromBelow(c, u.below[i][j]));
+      flow(g.above[i][j], fromAbove(c, u.above[i][j]));
+      flow(sink + n, DoubleRow{});
+      for (int k = 0; k < 4; ++k) {
+        out[n + k] = static_cast<float>(left.low[k]);
+        out[n + 4 + k] = static_cast<float>(left.high[k]);
       }
     }
 }
