@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <set>
 #include <unordered_map>
 
 #include "grid/coarse_block.h"
@@ -12,6 +11,7 @@
 namespace vdb_diffuse {
 namespace {
 
+constexpr size_t kRowGrain = 64;  ///< rows a thread takes at a time: some ten microseconds of work
 constexpr Node kNoParent = std::numeric_limits<Node>::min();  // joined to nothing: the smoother solves it
 
 class Splitter {
@@ -281,40 +281,53 @@ class Splitter {
   }
 
   void formRows() {
-    std::set<Node> nodes(strays_.begin(), strays_.end());
+    std::vector<Node> nodes = strays_;
     for (const Node stray : strays_)
-      forEachFace(fine_, stray, [&](int, Node next, float) { nodes.insert(next); });
-    for (const auto& [voxel, joints] : twins_of_) nodes.insert(voxel);
+      forEachFace(fine_, stray, [&](int, Node next, float) { nodes.push_back(next); });
+    for (const auto& [voxel, joints] : twins_of_) nodes.push_back(voxel);
     for (size_t t = 0; t < twins_.size(); ++t)
-      if (parentOf(~static_cast<Node>(t)) != kNoParent) nodes.insert(~static_cast<Node>(t));
+      if (parentOf(~static_cast<Node>(t)) != kNoParent) nodes.push_back(~static_cast<Node>(t));
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+
+    std::vector<std::vector<Interpolation::Weight>> weights(nodes.size());
+    forEachBlock(
+        nodes.size(), [&](size_t row) { weights[row] = weightsOf(nodes[row]); }, kRowGrain);
     Interpolation& rows = transfer_.apart;
-    std::unordered_map<Node, int32_t> row_of;
-    for (const Node node : nodes) {
-      std::map<Node, Interpolation::Weight> weights;
-      const auto weigh = [&](Node coarse, float own, float blocks) {
-        if (coarse == kNoParent) return;
-        Interpolation::Weight& weight = weights[coarse];
-        weight.coarse = coarse;
-        weight.own += own;
-        weight.blocks += blocks;
-      };
-      // As outerWeights of block_transfer.h has it, with all that the node is joined to.
-      interpolate(
-          [&](const auto& visit) { forEachJoint(node, [&](Node to, float g) { visit(parentOf(to), g); }); },
-          parentOf(node), [&](Node coarse, float w) { weigh(coarse, w, 0); });
-      if (node >= 0)
-        interpolate(
-            [&](const auto& visit) {
-              forEachFace(fine_, node, [&](int, Node to, float g) { visit(cellOf(to), g); });
-            },
-            cellOf(node), [&](Node coarse, float w) { weigh(coarse, 0, w); });
-      row_of[node] = static_cast<int32_t>(rows.fine.size());
-      rows.fine.push_back(node);
-      for (const auto& [coarse, weight] : weights) rows.weights.push_back(weight);
+    for (const std::vector<Interpolation::Weight>& of_row : weights) {
+      rows.weights.insert(rows.weights.end(), of_row.begin(), of_row.end());
       rows.first.push_back(static_cast<int32_t>(rows.weights.size()));
     }
+    rows.fine = std::move(nodes);
     for (Twins::Link& link : twins_.links)
-      if (link.to >= 0) link.row = row_of.at(link.to);
+      if (link.to >= 0)
+        link.row = static_cast<int32_t>(std::lower_bound(rows.fine.begin(), rows.fine.end(), link.to) -
+                                        rows.fine.begin());
+  }
+
+  std::vector<Interpolation::Weight> weightsOf(Node node) const {
+    std::vector<Interpolation::Weight> weights;
+    const auto weigh = [&](Node coarse, float own, float blocks) {
+      if (coarse == kNoParent) return;
+      for (Interpolation::Weight& weight : weights)
+        if (weight.coarse == coarse) {
+          weight.own += own;
+          weight.blocks += blocks;
+          return;
+        }
+      weights.push_back({coarse, own, blocks});
+    };
+    // As outerWeights of block_transfer.h has it, with all that the node is joined to.
+    interpolate(
+        [&](const auto& visit) { forEachJoint(node, [&](Node to, float g) { visit(parentOf(to), g); }); },
+        parentOf(node), [&](Node coarse, float w) { weigh(coarse, w, 0); });
+    if (node >= 0)
+      interpolate(
+          [&](const auto& visit) {
+            forEachFace(fine_, node, [&](int, Node to, float g) { visit(cellOf(to), g); });
+          },
+          cellOf(node), [&](Node coarse, float w) { weigh(coarse, 0, w); });
+    return weights;
   }
 
   /// weigh(coarse unknown, weight), given visit(coarse unknown, conductance) of each joint.
