@@ -9,6 +9,7 @@
 # are linked to:
 #   cmake -S oneTBB -B b -DTBB_SANITIZE=thread -DTBB_TEST=OFF -DTBB_STRICT=OFF -DCMAKE_INSTALL_PREFIX=FOLDER
 #   cmake --build b --target install
+# tests/hard/tsan_suppressions.txt has what it reports of other libraries, and why that is no fault of ours.
 set -eu
 [ $# -ge 1 ] || { sed -n '2,/^set/s/^# \{0,1\}//p' "$0"; exit 2; }
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -18,7 +19,7 @@ build=$root/build_${sanitizers%%,*}
 set -- -E '^(install|farm)$' "$@"
 if [ "$sanitizers" = thread ]; then
   export LD_LIBRARY_PATH="${VDB_DIFFUSE_TSAN_TBB:?names no folder with a TBB for ThreadSanitizer}/lib"
-  export TSAN_OPTIONS="history_size=4 ${TSAN_OPTIONS:-}"
+  export TSAN_OPTIONS="history_size=4 suppressions=$root/tests/hard/tsan_suppressions.txt ${TSAN_OPTIONS:-}"
   tbb=$VDB_DIFFUSE_TSAN_TBB/lib/cmake/TBB
 fi
 export UBSAN_OPTIONS="print_stacktrace=1 ${UBSAN_OPTIONS:-}"
