@@ -50,14 +50,17 @@ VDB_DIFFUSE_INLINE Row glow(Row tau) {
   return 1.0f - exponentialDecay(tau);
 }
 
-/// Adds a layer's light through its open faces. \param tau  behind the rays, by row of voxels
-VDB_DIFFUSE_INLINE void addLight(uint64_t open, const Row* tau, float share, float* light, int stride) {
+/// Adds a layer's light through its open faces, but for rows of nothing but vacuum.
+/// \param tau  behind the rays, by row of voxels;  \param depth  of the voxels
+VDB_DIFFUSE_INLINE void addLight(uint64_t open, const Row* tau, float share, const float* depth, float* light,
+                                 int stride) {
   while (open) {
     const int u = __builtin_ctzll(open) / 8;
     const RowMask lanes = rowMask(static_cast<uint8_t>(open >> 8 * u));
+    open &= ~(uint64_t(0xff) << 8 * u);
+    if (!anyAbove0(loadRow(depth + u * stride))) continue;
     float* row = light + u * stride;
     storeRow(row, loadRow(row) + (lanes ? glow(tau[u]) * share : Row{}));
-    open &= ~(uint64_t(0xff) << 8 * u);
   }
 }
 
@@ -96,16 +99,16 @@ VDB_DIFFUSE_KERNEL void passFaces(const RayLattice& lattice, const Faces& block,
       const uint64_t open_in = block.open[2 * in + (lattice.s[in] < 0 ? 1 : 0)][w],
                      open_out = block.open[2 * out + (lattice.s[out] > 0 ? 1 : 0)][w];
       const float length = lattice.length * step.extent;
-      const float* tau = block.tau + w * block.stride_w;
+      const float* depth = block.tau + w * block.stride_w;
       float* ray = rays + lattice.place(origin[lattice.u] - step.shift_u, origin[lattice.v] - step.shift_v);
       Row before[kBlockWidth], after[kBlockWidth];
-      for (int u = 0; u < kBlockWidth; ++u, ray += lattice.pitch, tau += block.stride_u) {
+      for (int u = 0; u < kBlockWidth; ++u, ray += lattice.pitch) {
         before[u] = loadRow(ray);
-        after[u] = before[u] + loadRow(tau) * length;
+        after[u] = before[u] + loadRow(depth + u * block.stride_u) * length;
         storeRow(ray, after[u]);
       }
-      addLight(open_in, before, share, block.entering + w * block.stride_w, block.stride_u);
-      addLight(open_out, after, share, block.leaving + w * block.stride_w, block.stride_u);
+      addLight(open_in, before, share, depth, block.entering + w * block.stride_w, block.stride_u);
+      addLight(open_out, after, share, depth, block.leaving + w * block.stride_w, block.stride_u);
     }
   }
 }
