@@ -32,6 +32,15 @@ Operator networkOf(const std::vector<Coord>& voxels, float sink) {
                    sink);
 }
 
+/// The level below a finest one.
+struct Coarsened {
+  Twins none, twins;
+  Transfer transfer;
+  Operator coarse;
+  explicit Coarsened(const Operator& A, size_t most_twins = 1000)
+      : coarse(coarsen(A, none, most_twins, transfer, twins)) {}
+};
+
 TEST(Twins, PairsThatMeetAtAnEdgeAreApart) {
   for (int axis = 0; axis < 3; ++axis)
     for (const int turn : {-1, 1}) {
@@ -43,14 +52,12 @@ TEST(Twins, PairsThatMeetAtAnEdgeAreApart) {
       if (turn < 0) p[(axis + 2) % 3] = 3;
       const Coord q = p + aside;  // in the same coarse voxel
       const Operator A = networkOf({p, p + along, q, q + along}, 0.25f);
-      Twins none, twins;
-      Transfer transfer;
-      const Operator coarse = coarsen(A, none, 1000, transfer, twins);
-      ASSERT_EQ(twins.size(), 1u) << axis << ' ' << turn;
-      EXPECT_TRUE(twins.links.empty());
-      EXPECT_EQ(twins.place[0], Coord(1));
-      EXPECT_EQ(twins.sink[0], 0.5f);
-      EXPECT_EQ(coarse.sink[voxelOffset(1, 1, 1)], 0.5f);
+      const Coarsened level(A);
+      ASSERT_EQ(level.twins.size(), 1u) << axis << ' ' << turn;
+      EXPECT_TRUE(level.twins.links.empty());
+      EXPECT_EQ(level.twins.place[0], Coord(1));
+      EXPECT_EQ(level.twins.sink[0], 0.5f);
+      EXPECT_EQ(level.coarse.sink[voxelOffset(1, 1, 1)], 0.5f);
     }
 }
 
@@ -62,28 +69,26 @@ TEST(Twins, TwoRodsAreAChainEach) {
     voxels.emplace_back(3, 3, z);
   }
   const Operator A = networkOf(voxels, 1.0f);
-  Twins none, twins;
-  Transfer transfer;
-  const Operator coarse = coarsen(A, none, 1000, transfer, twins);
-  ASSERT_EQ(twins.size(), 3u);  // none where the rods meet
+  const Coarsened level(A);
+  ASSERT_EQ(level.twins.size(), 3u);  // none where the rods meet
   const auto joint = [&](size_t t, Node to) {
     float g = 0;
-    for (int32_t k = twins.first[t]; k < twins.first[t + 1]; ++k)
-      if (twins.links[k].to == to) g += twins.links[k].g;
+    for (int32_t k = level.twins.first[t]; k < level.twins.first[t + 1]; ++k)
+      if (level.twins.links[k].to == to) g += level.twins.links[k].g;
     return g;
   };
   for (size_t t = 0; t < 3; ++t) {
-    EXPECT_EQ(twins.place[t], Coord(1, 1, static_cast<int>(t)));
-    EXPECT_EQ(twins.sink[t], 2.0f);
-    EXPECT_EQ(coarse.sink[voxelOffset(1, 1, static_cast<int>(t))], 2.0f);
+    EXPECT_EQ(level.twins.place[t], Coord(1, 1, static_cast<int>(t)));
+    EXPECT_EQ(level.twins.sink[t], 2.0f);
+    EXPECT_EQ(level.coarse.sink[voxelOffset(1, 1, static_cast<int>(t))], 2.0f);
   }
-  EXPECT_EQ(coarse.sink[voxelOffset(1, 1, 3)], 5.0f);
-  EXPECT_EQ(twins.links.size(), 5u);
+  EXPECT_EQ(level.coarse.sink[voxelOffset(1, 1, 3)], 5.0f);
+  EXPECT_EQ(level.twins.links.size(), 5u);
   EXPECT_EQ(joint(0, ~Node{1}), kTwiceAsFar);
   EXPECT_EQ(joint(1, ~Node{0}), kTwiceAsFar);
   EXPECT_EQ(joint(1, ~Node{2}), kTwiceAsFar);
   EXPECT_EQ(joint(2, voxelOffset(1, 1, 3)), kTwiceAsFar);
-  for (int z = 1; z < 4; ++z) EXPECT_EQ(coarse.faces[2][voxelOffset(1, 1, z)], kTwiceAsFar) << z;
+  for (int z = 1; z < 4; ++z) EXPECT_EQ(level.coarse.faces[2][voxelOffset(1, 1, z)], kTwiceAsFar) << z;
 }
 
 /// Conductances of voxels in series, each with the half resistance that `of` gives; none where it is
@@ -105,16 +110,15 @@ TEST(Twins, ConductorsWithABadOneBetweenThemAreApart) {
       const bool good = (p[1] == 2 && p[2] == 2 && p[0] <= 2) || (p[1] == 3 && p[2] == 2 && p[0] >= 3);
       return good ? 0.001 : -1.0;
     });
-    Twins none, twins;
-    Transfer transfer;
-    const Operator coarse = coarsen(A, none, 1000, transfer, twins);
-    ASSERT_EQ(twins.size(), bad ? 1u : 0u);
+    const Coarsened level(A);
+    ASSERT_EQ(level.twins.size(), bad ? 1u : 0u);
     if (!bad) continue;
-    EXPECT_EQ(twins.place[0], Coord(1));
-    ASSERT_EQ(twins.links.size(), 2u);  // to the coarse voxel beside it, and past the bad one to its own
-    for (const Twins::Link& link : twins.links)
+    EXPECT_EQ(level.twins.place[0], Coord(1));
+    ASSERT_EQ(level.twins.links.size(),
+              2u);  // to the coarse voxel beside it, and past the bad one to its own
+    for (const Twins::Link& link : level.twins.links)
       EXPECT_FLOAT_EQ(link.g, link.to == voxelOffset(1, 1, 1) ? 1 / 1.001f : kTwiceAsFar / 0.002f);
-    EXPECT_FLOAT_EQ(coarse.faces[0][voxelOffset(1, 1, 1)] + coarse.faces[0][voxelOffset(2, 1, 1)],
+    EXPECT_FLOAT_EQ(level.coarse.faces[0][voxelOffset(1, 1, 1)] + level.coarse.faces[0][voxelOffset(2, 1, 1)],
                     kTwiceAsFar / 0.002f);  // one of the two is the twin's
   }
 }
@@ -127,10 +131,8 @@ TEST(Twins, PairsAmongBadConductorsAreApart) {
       const bool paired = p[0] / 2 == 1 && p[0] == p[1] && p[2] / 2 == 1;
       return paired ? of_pairs : 0.5;
     });
-    Twins none, twins;
-    Transfer transfer;
-    coarsen(A, none, 1000, transfer, twins);
-    EXPECT_EQ(twins.size(), of_pairs < 0.5 ? 1u : 0u);
+    const Coarsened level(A);
+    EXPECT_EQ(level.twins.size(), of_pairs < 0.5 ? 1u : 0u);
   }
 }
 
@@ -138,16 +140,14 @@ TEST(Twins, PairsAmongBadConductorsAreApart) {
 TEST(Twins, MendedRowsKeepWhatIsEven) {
   const Medium medium = boxMedium(Coord(24), Transform(), [](Coord p) { return lumpyDensity(p); });
   const Operator A = networkOf(medium, 1e-3f);
-  Twins none, twins;
-  Transfer transfer;
-  const Operator coarse = coarsen(A, none, 1000, transfer, twins);
-  ASSERT_GT(twins.size(), 10u);
-  for (size_t row = 0; row < transfer.apart.rows(); ++row) {
+  const Coarsened level(A);
+  ASSERT_GT(level.twins.size(), 10u);
+  for (size_t row = 0; row < level.transfer.apart.rows(); ++row) {
     float own = 0, blocks = 0;
-    for (int32_t k = transfer.apart.first[row]; k < transfer.apart.first[row + 1]; ++k) {
-      own += transfer.apart.weights[k].own;
-      blocks += transfer.apart.weights[k].blocks;
-      EXPECT_GE(transfer.apart.weights[k].own, 0);
+    for (int32_t k = level.transfer.apart.first[row]; k < level.transfer.apart.first[row + 1]; ++k) {
+      own += level.transfer.apart.weights[k].own;
+      blocks += level.transfer.apart.weights[k].blocks;
+      EXPECT_GE(level.transfer.apart.weights[k].own, 0);
     }
     const bool alone = own == 0;  // joined to nothing
     EXPECT_NEAR(own, alone ? 0 : 1, 1e-6);
@@ -158,11 +158,9 @@ TEST(Twins, MendedRowsKeepWhatIsEven) {
 TEST(Twins, NoiseHasNone) {
   const Medium medium = boxMedium(Coord(24), Transform(), [](Coord p) { return lumpyDensity(p); });
   const Operator A = networkOf(medium, 1e-3f);
-  Twins none, twins;
-  Transfer transfer;
-  const Operator coarse = coarsen(A, none, 10, transfer, twins);
-  EXPECT_EQ(twins.size(), 0u);
-  EXPECT_EQ(transfer.apart.rows(), 0u);
+  const Coarsened level(A, 10);
+  EXPECT_EQ(level.twins.size(), 0u);
+  EXPECT_EQ(level.transfer.apart.rows(), 0u);
 }
 
 /// Two slabs, a gap of one voxel between them and a bridge of one voxel over it: light that is even in each
