@@ -7,8 +7,8 @@
 namespace vdb_diffuse {
 namespace {
 
-// Twins of a level, at most, so that memory and time stay bounded. Clouds of 0.3, 2 and 8 M voxels have 742,
-// 2,240 and 4,957 where they have most, and without a cap on the mean free path 1,759 and 6,129. What would
+// Twins of a level, at most, so that memory and time stay bounded. Clouds of 0.3, 2 and 8 M voxels have 688,
+// 2,109 and 4,752 where they have most, and without a cap on the mean free path 1,480 and 4,965. What would
 // have more is noise, and better off without: with 40,000, half of 160^3 voxels took 52 iterations instead
 // of 45.
 constexpr size_t kFewTwins = 1000;

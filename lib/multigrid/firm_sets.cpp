@@ -6,7 +6,7 @@
 namespace vdb_diffuse {
 namespace {
 
-// Shares of 0.1 and 0.2 instead take 37 and 32 iterations on 2 M voxels of raw density, 0.2 with five times
+// Shares of 0.1 and 0.2 instead take 37 and 32 iterations on 2 M voxels of raw density, 0.2 with four times
 // as many twins; 0.1 and 0.2 as firm take 36 and 35.
 constexpr double kFirm = 0.15, kAsFirm = 0.4;
 

@@ -102,6 +102,22 @@ TEST(ReturnedLight, NothingLeavesAClosedCavity) {
   }
 }
 
+/// Rows of voxels are where the light is summed, and where it is not: a sponge in slabs of active vacuum must
+/// not care which way they lie.
+TEST(ReturnedLight, ActiveVacuumCountsWhicheverWayItLies) {
+  const auto density = [](int x, int y, int z) {
+    if (x % 12 < 4) return lumpyDensity(Coord(x, y, z)) > 0 ? 0.0 : -1.0;
+    return lumpyDensity(Coord(x, y, z));
+  };
+  const Medium plain =
+      boxMedium(Coord(32, 24, 16), Transform(), [&](Coord p) { return density(p[0], p[1], p[2]); });
+  const Medium turned =
+      boxMedium(Coord(24, 16, 32), Transform(), [&](Coord p) { return density(p[2], p[0], p[1]); });
+  EXPECT_LT(largestDifference(plain.topology(), returned(plain, 2).factor, turned.topology(),
+                              returned(turned, 2).factor, [](Coord p) { return Coord(p[1], p[2], p[0]); }),
+            1e-4);
+}
+
 TEST(ReturnedLight, SpongeGetsMuchBack) {
   const Medium sponge = boxMedium(Coord(32, 32, 32), Transform(), [](Coord p) { return lumpyDensity(p); });
   const double thick = returned(sponge, 4).mean, thin = returned(sponge, 0.02).mean;
