@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "reference/grid_frame.h"
+#include "reference/noted_ray.h"
 #include "reference/power.h"
 
 namespace vdb_diffuse {
@@ -20,6 +21,14 @@ constexpr float kUnit = 1;  // what a ray brings to the medium on the average, t
 constexpr double kMostWalkers = 64;          // from one ray
 constexpr uint64_t kBetweenLooks = 1 << 18;  // scatterings of one walker: some ten milliseconds
 constexpr size_t kWaiting = 1 << 13;         // walkers that wait before they set out: some MB
+
+/// The channel that a number in [0, 1) draws by chances that add up to 1.
+template <int C, typename T>
+int drawnBy(const T* chance, T number) {
+  int drawn = 0;
+  while (drawn < C - 1 && number >= chance[drawn]) number -= chance[drawn++];
+  return drawn;
+}
 
 /// kColoured: the channels differ in extinction, so that a free flight drawn for one of them is weighed for
 /// the others. With channel j drawn with probability q_j, the density of a collision after a column X (of
@@ -96,13 +105,7 @@ class Follower : public PathFollower {
   float albedo_[C];
 
   static constexpr int kRecord = 1 + C;
-  struct Stretch {  // of a ray in one voxel
-    int32_t block;
-    float rho;
-    double enter;   // at this length, in h
-    double before;  // column up to there
-  };
-  std::vector<Stretch> stretches_;
+  NotedRay ray_;
 
   struct Walker {
     Place place;
@@ -159,7 +162,7 @@ class Follower : public PathFollower {
 
   /// Tallies a ray's light in the voxels it crosses and notes them. Returns the column of density.
   double cross(const Vec3d& origin, const Vec3d& direction, double limit, const Power<C>& w) {
-    stretches_.clear();
+    ray_.clear();
     const Vec3f s = frame_.toGrid(direction), d = frame_.step(s);
     Place place;
     double start = 0, column = 0;
@@ -174,7 +177,7 @@ class Follower : public PathFollower {
                             block_at = travelled;
                             at = start + travelled;
                           }
-                          stretches_.push_back({static_cast<int32_t>(i / kBlockVoxels), rho, at, column});
+                          ray_.note({static_cast<int32_t>(i / kBlockVoxels), rho, at, column});
                           const float inside = rho * length;
                           for (int c = 0; c < C; ++c) {
                             const float x = static_cast<float>(sigma_t_[c]) * inside;
@@ -186,7 +189,7 @@ class Follower : public PathFollower {
                           at += length;
                           return column * thinnest_ < kEnd;
                         });
-    tally_.ray_voxels += stretches_.size();
+    tally_.ray_voxels += ray_.size();
     return column;
   }
 
@@ -209,8 +212,7 @@ class Follower : public PathFollower {
     for (int n = 0; n < walkers; ++n) {
       int drawn = 0;
       if (kColoured) {
-        double at = random.uniform();
-        while (drawn < C - 1 && at >= chance[drawn]) at -= chance[drawn++];
+        drawn = drawnBy<C>(chance, random.uniform());
         while (chance[drawn] == 0) --drawn;
       }
       const double x =
@@ -228,7 +230,7 @@ class Follower : public PathFollower {
       }
       walker.scale(static_cast<float>(1 / expected));
       const Vec3f s = frame_.toGrid(direction);
-      const Place place = placeOnRay(origin, s, x);
+      const Place place = ray_.placeAt(x, frame_.cellOf(origin), frame_.step(s), walk_);
       takeWhatIsAbsorbedAt(place, walker);
       RandomStream own(random.bits());
       if (albedo_varies_ && !(walker.largest() > 0)) continue;
@@ -244,24 +246,6 @@ class Follower : public PathFollower {
     const size_t i = static_cast<size_t>(place.block) * kBlockVoxels +
                      voxelOffset(place.voxel[0], place.voxel[1], place.voxel[2]);
     for (int c = 0; c < C; ++c) w.c[c] *= (*scenery_.medium.albedoIn(c))[i];
-  }
-
-  /// Where the ray whose stretches are noted has a column x behind it.
-  Place placeOnRay(const Vec3d& origin, const Vec3f& s, double x) const {
-    auto stretch = std::upper_bound(stretches_.begin(), stretches_.end(), x,
-                                    [](double value, const Stretch& s) { return value < s.before; });
-    --stretch;  // the first begins at 0
-    while (stretch->rho == 0 && stretch != stretches_.begin()) --stretch;
-    const double t = stretch->enter + (stretch->rho > 0 ? (x - stretch->before) / stretch->rho : 0.0);
-    const Vec3d at = frame_.cellOf(origin) + Vec3d(frame_.step(s)) * t;
-    Place place;
-    place.block = stretch->block;
-    for (int a = 0; a < 3; ++a) {
-      place.x[a] =
-          static_cast<float>(std::clamp<double>(at[a] - walk_.corner(place.block)[a], 0, kBlockWidth));
-      place.voxel[a] = std::min(static_cast<int>(place.x[a]), kBlockWidth - 1);
-    }
-    return place;
   }
 
   Vec3f deflect(const Vec3f& s, RandomStream& random) const {
@@ -330,8 +314,7 @@ class Follower : public PathFollower {
     if (kColoured) {
       for (int c = 0; c < C; ++c) sum += w.c[c];
       for (int c = 0; c < C; ++c) chance[c] = w.c[c] / sum;
-      float at = static_cast<float>(random.uniform());
-      while (drawn < C - 1 && at >= chance[drawn]) at -= chance[drawn++];
+      drawn = drawnBy<C>(chance, static_cast<float>(random.uniform()));
     }
     float left = random.exponential() / static_cast<float>(sigma_t_[drawn]), travelled = 0;
     double column = 0;  // coloured only
