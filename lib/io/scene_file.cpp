@@ -1,8 +1,10 @@
 #include "io/scene_file.h"
 
 #include <cmath>
+#include <map>
 
 #include "grid/error.h"
+#include "io/gltf_json.h"
 #include "io/gltf_scene.h"
 #include "io/image.h"
 #include "io/json_file.h"
@@ -61,23 +63,54 @@ MediumSettings mediumOf(const Place& medium) {
   return settings;
 }
 
-/// What read(path) makes of the file that a key names; faults of that file are told with the place of its
-/// name.
-template <typename Read>
-auto fileAt(const Place& place, const char* key, std::vector<std::string>& files, const Read& read) {
-  files.push_back(place.pathIn(key));
-  try {
-    return read(files.back());
-  } catch (const InputError& error) {
-    place[key].refuse(error.what());
+/// The files that a scene names. Each is read once, and what is kept of them is bounded, however often a
+/// small scene names a large file.
+class NamedFiles {
+ public:
+  explicit NamedFiles(Up up) : up_(up) {}
+
+  std::vector<std::string> paths;  ///< of what was named, in this order
+
+  Mesh meshAt(const Place& place) {
+    const Mesh& mesh =
+        once(meshes_, place, "mesh", [&](const std::string& path) { return readMesh(path, up_); });
+    if ((triangles_ += mesh.triangles.size()) > kMostTriangles ||
+        (positions_ += mesh.positions.size()) > 3 * kMostTriangles)
+      place["mesh"].refuse("the scene has more than " + std::to_string(kMostTriangles) + " triangles");
+    return mesh;
   }
-}
+  std::shared_ptr<const Image> imageAt(const Place& place) {
+    return once(images_, place, "image", [&](const std::string& path) {
+      auto image = std::make_shared<const Image>(readExr(path));
+      if ((pixels_ += image->pixels.size()) > 2 * kMaxImagePixels)
+        throw InputError(path + ": the scene's pictures have more than " +
+                         std::to_string(2 * kMaxImagePixels) + " pixels");
+      return image;
+    });
+  }
 
-Mesh meshAt(const Place& place, Up up, std::vector<std::string>& files) {
-  return fileAt(place, "mesh", files, [&](const std::string& path) { return readMesh(path, up); });
-}
+ private:
+  Up up_;
+  std::map<std::string, Mesh> meshes_;
+  std::map<std::string, std::shared_ptr<const Image>> images_;
+  size_t triangles_ = 0, positions_ = 0, pixels_ = 0;
 
-Light lightOf(const Place& light, Up up, std::vector<std::string>& files) {
+  /// What read(path) makes of the file that a key names, read or read before; faults of that file are told
+  /// with the place of its name.
+  template <typename Kept, typename Read>
+  const Kept& once(std::map<std::string, Kept>& kept, const Place& place, const char* key, const Read& read) {
+    paths.push_back(place.pathIn(key));
+    const auto found = kept.find(paths.back());
+    if (found != kept.end()) return found->second;
+    try {
+      return kept.emplace(paths.back(), read(paths.back())).first->second;
+    } catch (const InputError& error) {
+      place[key].refuse(error.what());
+    }
+  }
+};
+
+Light lightOf(const Place& light, NamedFiles& files) {
   if (!light.value.is_object()) light.refuseType("an object { }");
   light.needs({"type"});
   const std::string type = light["type"].text();
@@ -110,24 +143,23 @@ Light lightOf(const Place& light, Up up, std::vector<std::string>& files) {
   if (type == "area") {
     onlyKeys({"mesh", "radiance"});
     light.needs({"mesh"});
-    return AreaLight{meshAt(light, up, files), light.rgbOr("radiance", 1, kStrongestLight)};
+    return AreaLight{files.meshAt(light), light.rgbOr("radiance", 1, kStrongestLight)};
   }
   if (type == "dome") {
     onlyKeys({"radiance", "image", "rotation"});
     DomeLight dome{light.rgbOr("radiance", 1, kStrongestLight), nullptr,
                    light.numberOr("rotation", 0, -HUGE_VAL, HUGE_VAL) * kDegree};
-    if (light.has("image"))
-      dome.image = std::make_shared<const Image>(fileAt(light, "image", files, readExr));
+    if (light.has("image")) dome.image = files.imageAt(light);
     return dome;
   }
   light["type"].refuse("unknown light '" + printable(type) + "'" +
                        didYouMean(type, {"sun", "point", "spot", "area", "dome"}));
 }
 
-Surface surfaceOf(const Place& surface, Up up, std::vector<std::string>& files) {
+Surface surfaceOf(const Place& surface, NamedFiles& files) {
   surface.onlyKeys({"mesh", "albedo", "name"});
   surface.needs({"mesh"});
-  return {surface.textOr("name", ""), meshAt(surface, up, files), surface.rgbOr("albedo", 0, 1)};
+  return {surface.textOr("name", ""), files.meshAt(surface), surface.rgbOr("albedo", 0, 1)};
 }
 
 }  // namespace
@@ -154,21 +186,24 @@ SceneFile readSceneFile(const std::string& path, Up up) {
   const Place root{parsed, path, ""};
   root.onlyKeys({"medium", "lights", "surfaces"});
   SceneFile file;
-  file.files.push_back(path);
+  NamedFiles files(up);
   if (root.has("medium")) file.medium = mediumOf(root["medium"]);
   for (const char* key : {"lights", "surfaces"}) {
     if (!root.has(key)) continue;
     const Place list = root[key];
     if (!list.value.is_array()) list.refuseType("a list [ ]");
+    if (key == std::string("surfaces")) file.scene.surfaces.reserve(list.value.size());
     for (size_t i = 0; i < list.value.size(); ++i) {
       const Place item = list[i];
       if (key == std::string("lights"))
         file.scene.lights.push_back(
-            {item.textOr("name", ""), lightOf(item, up, file.files), item.textOr("group", "")});
+            {item.textOr("name", ""), lightOf(item, files), item.textOr("group", "")});
       else
-        file.scene.surfaces.push_back(surfaceOf(item, up, file.files));
+        file.scene.surfaces.push_back(surfaceOf(item, files));
     }
   }
+  file.files = std::move(files.paths);
+  file.files.insert(file.files.begin(), path);
   return file;
 }
 
