@@ -8,6 +8,7 @@
 #include "io/gltf_json.h"
 #include "io/json_file.h"
 #include "io/mesh_import.h"
+#include "scene/repeated_triangles.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -177,8 +178,9 @@ Scene readGltfScene(const std::string& path, Up up) {
   const Reader reader(path, up);
   Scene scene;
   scene.lights = reader.lights();
-  const ImportedFile file = importMeshes(path, up);
-  for (const ImportedMesh& part : file.meshes) {
+  ImportedFile file = importMeshes(path, up);
+  for (ImportedMesh& part : file.meshes) {
+    dropRepeatedTriangles(part.mesh);
     const ImportedMaterial& material = file.materials[part.material];
     const auto refuse = [&](const std::string& what) {
       throw InputError(path + ": material '" + printable(material.name) + "': " + what);
@@ -192,9 +194,9 @@ Scene readGltfScene(const std::string& path, Up up) {
     if (!(std::max({radiance[0], radiance[1], radiance[2]}) <= kStrongestLight))
       refuse("emission must be at most 1e30");
     if (material.emissive == Vec3d(0))
-      scene.surfaces.push_back({part.name, part.mesh, material.base_color});
+      scene.surfaces.push_back({part.name, std::move(part.mesh), material.base_color});
     else
-      scene.lights.push_back({part.name, AreaLight{part.mesh, radiance}});
+      scene.lights.push_back({part.name, AreaLight{std::move(part.mesh), radiance}});
   }
   return scene;
 }
