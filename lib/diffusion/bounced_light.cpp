@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "grid/parallel.h"
 #include "scene/light_samples.h"
@@ -16,6 +17,8 @@ namespace {
 constexpr int kPatchesAcross = 32;       ///< beside the volume's longest side, at least
 constexpr int kDirections = 64;          ///< in which a patch looks
 constexpr size_t kSeekers = 65536;       ///< rays from the volume that look for patches, about
+constexpr size_t kMostSought = 8192;     ///< patches that the volume sees; their cubes grow until it is so
+constexpr size_t kMostPatches = 16384;   ///< in all, about: later ones take the light of what lies nearby
 constexpr int kMostSteps = 8;            ///< from a patch that the volume sees to one that is kept
 constexpr int kMostParts = 4;            ///< of a cell that do not see each other
 constexpr int kNearby = 3;               ///< a patch in the same cube, so many times doubled, is near
@@ -75,7 +78,7 @@ struct BouncedLight::Impl {
   const Medium& medium;
   const std::vector<Surface>& surfaces;
   const Occluder& occluder;
-  const CellTree tree;
+  CellTree tree;
   const double voxel, largest_side;                        // of a voxel: the mean, and the largest
   std::unordered_map<CellKey, uint32_t, CellHash> number;  // of patches; later also of cubes that hold some
   std::vector<Patch> patches;
@@ -186,8 +189,23 @@ struct BouncedLight::Impl {
             meet(medium.transform().toWorld(p.asVec3d()), directions[(n * per_block + k) * kStride % kSet]);
       }
     });
-    for (const auto& m : met)
-      if (m) numberOf(*m, 0);
+    const auto none = [](const std::optional<Meeting>& m) { return !m; };
+    met.erase(std::remove_if(met.begin(), met.end(), none), met.end());
+    growCubes(met);
+    for (const auto& m : met) numberOf(*m, 0);
+  }
+
+  /// Foliage in the volume has more surface than patches could be kept for.
+  void growCubes(std::vector<std::optional<Meeting>>& met) {
+    for (;;) {
+      std::unordered_set<CellKey, CellHash> keys;
+      for (const auto& m : met) keys.insert(m->key);
+      if (keys.size() <= kMostSought) return;
+      tree.widen();
+      for (auto& m : met)
+        m->key =
+            tree.keyOf(m->hit.surface, m->hit.triangle, m->hit.front, medium.transform().toIndex(m->at.p));
+    }
   }
 
   struct Seen {
@@ -228,7 +246,8 @@ struct BouncedLight::Impl {
         first.push_back(links.size());
         const int steps = patches[n].steps + 1;
         for (const Seen& s : seen[n - begin]) {
-          if (steps > kMostSteps && number.find(s.met.key) == number.end()) {
+          const bool enough = steps > kMostSteps || patches.size() >= kMostPatches;
+          if (enough && number.find(s.met.key) == number.end()) {
             open.emplace_back(links.size(), s.met);
             links.push_back({kNoPatch, s.through});
           } else {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 #include "grid/parallel.h"
@@ -146,14 +147,36 @@ namespace {
 
 using CellIndex = std::unordered_map<CellKey, uint32_t, CellHash>;
 
+/// What emit(n, list) adds to lists for each n < count, one after the other, on all threads.
+template <typename Item, typename Emit>
+std::vector<Item> listed(size_t count, const Emit& emit) {
+  constexpr size_t kPart = 1024;
+  std::vector<std::vector<Item>> parts((count + kPart - 1) / kPart);
+  forEachBlock(
+      parts.size(),
+      [&](size_t p) {
+        for (size_t n = p * kPart; n < std::min(count, (p + 1) * kPart); ++n) emit(n, parts[p]);
+      },
+      1);
+  std::vector<Item> list;
+  for (std::vector<Item>& part : parts) {
+    list.insert(list.end(), part.begin(), part.end());
+    part = {};
+  }
+  return list;
+}
+
 /// The cells met, by their numbers, and after them their neighbours.
 CellIndex withNeighbours(const CellTree& tree, const std::vector<CellKey>& met) {
   CellIndex index;
+  index.reserve(2 * met.size());
   for (const CellKey& key : met) index.emplace(key, static_cast<uint32_t>(index.size()));
-  for (const CellKey& key : met)
-    forEachAround(key, [&](const CellKey& next) {
-      if (tree.isLeaf(next)) index.emplace(next, static_cast<uint32_t>(index.size()));
+  const std::vector<CellKey> others = listed<CellKey>(met.size(), [&](size_t n, std::vector<CellKey>& list) {
+    forEachAround(met[n], [&](const CellKey& next) {
+      if (index.find(next) == index.end() && tree.isLeaf(next)) list.push_back(next);
     });
+  });
+  for (const CellKey& key : others) index.emplace(key, static_cast<uint32_t>(index.size()));
   return index;
 }
 
@@ -161,17 +184,23 @@ CellIndex withNeighbours(const CellTree& tree, const std::vector<CellKey>& met) 
 std::vector<double> areasOf(const CellTree& tree, const CellIndex& index) {
   std::map<std::pair<int32_t, int>, std::vector<CellKey>> levels;  // cells by surface and level
   for (const auto& [key, n] : index) levels[{key.surface, key.level}].push_back(key);
+  struct Part {
+    uint32_t cell;
+    double area;
+  };
   std::vector<double> area(index.size(), 0.0);
-  for (const auto& [of, list] : levels) {
-    const auto [surface, level] = of;
-    const size_t triangles = tree.surfaces()[surface].mesh.triangles.size();
-    for (uint32_t t = 0; t < triangles; ++t) {
+  for (const auto& of : levels) {
+    const int32_t surface = of.first.first;
+    const int level = of.first.second;
+    const std::vector<CellKey>& list = of.second;
+    const auto addTriangle = [&](size_t n, std::vector<Part>& parts) {
+      const auto t = static_cast<uint32_t>(n);
       const int sides[2] = {tree.sideOf(surface, t, false), tree.sideOf(surface, t, true)};
       double low[3], high[3];
       tree.range(level, surface, t, low, high);
       const auto add = [&](const CellKey& key) {
         const auto found = index.find(key);
-        if (found != index.end()) area[found->second] += tree.areaIn(key, surface, t);
+        if (found != index.end()) parts.push_back({found->second, tree.areaIn(key, surface, t)});
       };
       const double cubes = (high[0] - low[0] + 1) * (high[1] - low[1] + 1) * (high[2] - low[2] + 1);
       if (cubes > static_cast<double>(list.size())) {
@@ -181,7 +210,7 @@ std::vector<double> areasOf(const CellTree& tree, const CellIndex& index) {
           for (int a = 0; a < 3; ++a) meets = meets && place[a] >= low[a] && place[a] <= high[a];
           if (meets) add(key);
         }
-        continue;
+        return;
       }
       for (double i = low[0]; i <= high[0]; ++i)
         for (double j = low[1]; j <= high[1]; ++j)
@@ -189,7 +218,9 @@ std::vector<double> areasOf(const CellTree& tree, const CellIndex& index) {
             for (int side : sides)
               add({surface, static_cast<int8_t>(side), static_cast<int8_t>(level), int32_t(i), int32_t(j),
                    int32_t(k)});
-    }
+    };
+    for (const Part& part : listed<Part>(tree.surfaces()[surface].mesh.triangles.size(), addTriangle))
+      area[part.cell] += part.area;
   }
   return area;
 }
@@ -202,18 +233,23 @@ SurfaceCells makeSurfaceCells(const CellTree& tree, std::vector<CellKey> met) {
   const CellIndex index = withNeighbours(tree, cells.keys);
   const std::vector<double> own = areasOf(tree, index);
   const double unit = tree.meanVoxelSize() * tree.meanVoxelSize();
-  for (const CellKey& key : cells.keys) {
-    cells.first.push_back(static_cast<uint32_t>(cells.around.size()));
+  const size_t met_count = cells.keys.size();
+  cells.area.resize(met_count);
+  cells.first.assign(met_count + 1, 0);
+  cells.around = listed<uint32_t>(met_count, [&](size_t n, std::vector<uint32_t>& around) {
+    const size_t before = around.size();
+    const CellKey& key = cells.keys[n];
     double area = 0;
     forEachAround(key, [&](const CellKey& next) {
       const auto found = index.find(next);
       if (found == index.end()) return;
       area += own[found->second] / unit;
-      if (found->second < cells.keys.size()) cells.around.push_back(found->second);
+      if (found->second < met_count) around.push_back(found->second);
     });
-    cells.area.push_back(static_cast<float>(std::max(area, kLeastArea * std::ldexp(1.0, 2 * key.level))));
-  }
-  cells.first.push_back(static_cast<uint32_t>(cells.around.size()));
+    cells.area[n] = static_cast<float>(std::max(area, kLeastArea * std::ldexp(1.0, 2 * key.level)));
+    cells.first[n + 1] = static_cast<uint32_t>(around.size() - before);
+  });
+  std::partial_sum(cells.first.begin(), cells.first.end(), cells.first.begin());
   return cells;
 }
 

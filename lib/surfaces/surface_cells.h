@@ -34,6 +34,8 @@ class CellTree {
   /// \param finest_level  of the cubes beside the volume
   CellTree(const Topology& topology, const Transform& transform, const std::vector<Surface>& surfaces,
            int finest_level = 0);
+  /// Doubles the cubes beside the volume: keys made before are of another tree.
+  void widen() { ++finest_level_; }
 
   CellKey keyOf(int surface, uint32_t triangle, bool front, const Vec3d& p_index) const;
   /// World area of a triangle in a cell's cube.

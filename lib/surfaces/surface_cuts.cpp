@@ -13,6 +13,8 @@ constexpr uint32_t kBehind = ~0u;  // in place of a block
 /// Centres lie at most 0.87 voxels off the ray, so that more steps are in doubt only where it grazes the
 /// surface.
 constexpr int kDoubtful = 16;
+/// Surfaces that a ray meets within one layer, at most.
+constexpr size_t kMostInLayer = 8;
 
 /// A step of a ray on its way through the layers.
 struct Place {
@@ -168,15 +170,17 @@ class Finder {
     return at->second;
   }
 
-  /// The last surface before the ray's start, and all from there on up to the first behind its blocks.
-  void meetSurfaces(const Vec3d& start, int last) {
+  /// The last surface before the ray's blocks, and all from there on up to the first behind them. Where more
+  /// than kMostInLayer follow each other within a layer, light goes through none of them: the last of these
+  /// are not looked for.
+  void meetSurfaces(const Vec3d& start, int first, int last) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     meetings_.clear();
-    const Vec3d origin = transform_.toWorld(start);
+    const double t_start = std::max(0, placeOf(first).layer - kDoubtful);
+    const Vec3d origin = transform_.toWorld(start + lattice_.along * t_start);
     if (auto hit = occluder_.closest(origin, -direction_, kFar)) {
-      const double t = -hit->distance / layer_length_;
       hit->front = !hit->front;  // seen along the light
-      meetings_.push_back({*hit, t, start + lattice_.along * t});
+      addMeeting(*hit, start, t_start - hit->distance / layer_length_);
     }
     double travelled = 0, step = least_step_;
     while (const auto hit = occluder_.closest(origin + direction_ * travelled, direction_, kFar)) {
@@ -187,16 +191,23 @@ class Finder {
         const Occluder::Hit& before = meetings_.back().hit;
         if (hit->surface == before.surface && hit->front == before.front &&
             (hit->triangle == before.triangle ||
-             distance - meetings_.back().t * layer_length_ < 4 * least_step_)) {
+             distance - (meetings_.back().t - t_start) * layer_length_ < 4 * least_step_)) {
           step *= 2;
           continue;
         }
       }
       step = least_step_;
-      const double t = distance / layer_length_;
-      meetings_.push_back({*hit, t, start + lattice_.along * t});
+      const double t = t_start + distance / layer_length_;
+      addMeeting(*hit, start, t);
       if (t >= layers_ || numberOf(stepAt(t)) > last + kMostSteps * kDoubtful) return;
+      const size_t count = meetings_.size();
+      if (count > kMostInLayer && t - meetings_[count - 1 - kMostInLayer].t < 1)
+        travelled =
+            std::max(travelled, (meetings_[count - 1 - kMostInLayer].t + 1 - t_start) * layer_length_);
     }
+  }
+  void addMeeting(const Occluder::Hit& hit, const Vec3d& start, double t) {
+    meetings_.push_back({hit, t, start + lattice_.along * t});
   }
 
   /// The steps before which the light of a ray and that of the surface's other side change places. There is
@@ -245,7 +256,7 @@ class Finder {
       ends.arrives.push_back(arrives);
       ends.leaves.push_back(leaves);
     };
-    meetSurfaces(start, last_[ray]);
+    meetSurfaces(start, first_[ray], last_[ray]);
     int from = 0;
     for (size_t m = 0; m < meetings_.size(); ++m) {
       const Meeting& at = meetings_[m];
