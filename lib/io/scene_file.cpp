@@ -14,6 +14,7 @@ namespace vdb_diffuse {
 namespace {
 
 constexpr size_t kLargestFile = 16 << 20;  // bytes; meshes and images lie in files of their own
+constexpr size_t kMostCopied = 256 << 20;  // bytes of meshes that are named more than once
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
 using Place = JsonPlace;
@@ -72,11 +73,17 @@ class NamedFiles {
   std::vector<std::string> paths;  ///< of what was named, in this order
 
   Mesh meshAt(const Place& place) {
+    const size_t read_before = meshes_.size();
     const Mesh& mesh =
         once(meshes_, place, "mesh", [&](const std::string& path) { return readMesh(path, up_); });
-    if ((triangles_ += mesh.triangles.size()) > kMostTriangles ||
-        (positions_ += mesh.positions.size()) > 3 * kMostTriangles)
+    if ((triangles_ += mesh.triangles.size()) > kMostTriangles)
       place["mesh"].refuse("the scene has more than " + std::to_string(kMostTriangles) + " triangles");
+    if (meshes_.size() == read_before)
+      copied_ +=
+          mesh.triangles.size() * sizeof mesh.triangles[0] + mesh.positions.size() * sizeof mesh.positions[0];
+    if (copied_ > kMostCopied)
+      place["mesh"].refuse("meshes that the scene names again take more than " +
+                           std::to_string(kMostCopied >> 20) + " MB");
     return mesh;
   }
   std::shared_ptr<const Image> imageAt(const Place& place) {
@@ -93,7 +100,7 @@ class NamedFiles {
   Up up_;
   std::map<std::string, Mesh> meshes_;
   std::map<std::string, std::shared_ptr<const Image>> images_;
-  size_t triangles_ = 0, positions_ = 0, pixels_ = 0;
+  size_t triangles_ = 0, copied_ = 0, pixels_ = 0;
 
   /// What read(path) makes of the file that a key names, read or read before; faults of that file are told
   /// with the place of its name.
