@@ -85,6 +85,7 @@ struct BouncedLight::Impl {
   std::vector<size_t> first;  // link of each patch, and the end
   std::vector<Link> links;
   std::vector<Six> E, E_of_lit;  // W/m2
+  bool teeming = false;          // more surfaces than patches
   int bounces = 0;
 
   Impl(const BeamMedium& m, const std::vector<Surface>& s, const Occluder& o)
@@ -154,20 +155,24 @@ struct BouncedLight::Impl {
         {met.key, met.at, steps, crowded(met.at, std::sqrt(3.0) * width, voxel, occluder), kNoPatch});
     return next;
   }
-  /// The patch of a cell where a point lies, or one nearby that it sees where nobody has met it.
+  /// The patch of a cell where a point lies, or one nearby that it sees where nobody has met it; one nearby
+  /// that it does not see where there are more surfaces than patches.
   uint32_t nearest(CellKey key, const SurfacePoint& at) const {
+    uint32_t unseen = kNoPatch;
     if (const auto first_part = number.find(key); first_part != number.end()) {
       bool found;
       const uint32_t part = partOf(first_part->second, at, found);
       if (found) return part;
+      unseen = part;
     }
     for (int n = 0; n < kNearby; ++n) {
       key = parentOf(key);
       const auto part = number.find(key);
-      if (part != number.end() && seeEachOther(at, patches[part->second].at, voxel, occluder))
-        return part->second;
+      if (part == number.end()) continue;
+      if (seeEachOther(at, patches[part->second].at, voxel, occluder)) return part->second;
+      if (unseen == kNoPatch) unseen = part->second;
     }
-    return kNoPatch;
+    return teeming ? unseen : kNoPatch;
   }
 
   /// Looks for surfaces from all parts of the volume.
@@ -202,6 +207,7 @@ struct BouncedLight::Impl {
       for (const auto& m : met) keys.insert(m->key);
       if (keys.size() <= kMostSought) return;
       tree.widen();
+      teeming = true;
       for (auto& m : met)
         m->key =
             tree.keyOf(m->hit.surface, m->hit.triangle, m->hit.front, medium.transform().toIndex(m->at.p));
@@ -246,7 +252,8 @@ struct BouncedLight::Impl {
         first.push_back(links.size());
         const int steps = patches[n].steps + 1;
         for (const Seen& s : seen[n - begin]) {
-          const bool enough = steps > kMostSteps || patches.size() >= kMostPatches;
+          const bool full = patches.size() >= kMostPatches, enough = full || steps > kMostSteps;
+          teeming = teeming || full;
           if (enough && number.find(s.met.key) == number.end()) {
             open.emplace_back(links.size(), s.met);
             links.push_back({kNoPatch, s.through});

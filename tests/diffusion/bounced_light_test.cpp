@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "diffusion/first_scatter.h"
 #include "volumes.h"
 
@@ -156,6 +158,36 @@ TEST(BouncedLight, FurnaceInAWhitePit) {
       for (int y = -5; y < 5; ++y) sum += light.direct[0].at(medium.topology(), Coord(x, y, z));
     EXPECT_NEAR(sum / 100, kSky, 0.03 * kSky) << z;
   }
+}
+
+// So it does among white leaves, whose many sides are more than patches are kept for.
+TEST(BouncedLight, FurnaceAmongWhiteLeaves) {
+  constexpr double kSky = 3;
+  constexpr int kLeaves = 8000;
+  Medium medium = cubeAbout(5, 0.1);
+  medium.optics.sigma_s = Vec3d(1e-9);
+  Scene scene;
+  scene.lights.push_back({"sky", DomeLight{Vec3d(kSky), nullptr, 0}});
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> at(-0.8, 0.8), off(-0.05, 0.05);
+  Mesh leaves;
+  for (uint32_t leaf = 0; leaf < kLeaves; ++leaf) {
+    const Vec3d middle(at(random), at(random), at(random));
+    for (int corner = 0; corner < 3; ++corner)
+      leaves.positions.push_back(middle + Vec3d(off(random), off(random), off(random)));
+    leaves.triangles.push_back({3 * leaf, 3 * leaf + 1, 3 * leaf + 2});
+  }
+  scene.surfaces.push_back({"leaves", leaves, Vec3d(1)});
+  const FirstScatter light = firstScatter(medium, scene, Occluder(scene.surfaces), Model::kDefault);
+  double sum = 0;
+  for (int z = -5; z < 5; ++z) {
+    double layer = 0;
+    for (int x = -5; x < 5; ++x)
+      for (int y = -5; y < 5; ++y) layer += light.direct[0].at(medium.topology(), Coord(x, y, z));
+    EXPECT_NEAR(layer / 100, kSky, 0.05 * kSky) << z;
+    sum += layer / 1000;
+  }
+  EXPECT_NEAR(sum, kSky, 0.02 * kSky);
 }
 
 }  // namespace
