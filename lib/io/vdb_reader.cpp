@@ -158,7 +158,7 @@ struct VdbFile::Impl {
   void requireUnchanged() const {
     const FileState now(path);
     if (now.sameFile(opened) && !now.unchanged(opened))
-      throw InputError("was changed while it was being read; run again once it is whole");
+      throw InputError(path + ": was changed while it was being read; run again once it is whole");
   }
 
   /// Runs work on the file and turns whatever it throws into an InputError that names the file.
@@ -172,6 +172,7 @@ struct VdbFile::Impl {
     } catch (const Error&) {
       throw;
     } catch (const std::bad_alloc&) {
+      requireUnchanged();  // else bytes that nobody has checked may have asked for the memory
       throw;
     } catch (const std::exception& error) {
       throw InputError(path + ": cannot be read: " + error.what());
