@@ -6,6 +6,7 @@
 #include "grid/error.h"
 #include "io/image.h"
 #include "io/json_file.h"
+#include "scene/repeated_triangles.h"
 #include "words.h"
 
 namespace vdb_diffuse {
@@ -175,6 +176,7 @@ SceneFile SceneOptions::resolve() const {
   layMedium(*this, file.medium);
   layLights(*this, file.scene);
   laySurfaces(*this, axis, file.scene);
+  dropRepeatedTriangles(file.scene);
   if (env && !numbersIn(*env)) file.files.push_back(*env);
   file.files.insert(file.files.end(), occluders.begin(), occluders.end());
   return file;

@@ -8,7 +8,6 @@
 #include "io/gltf_json.h"
 #include "io/json_file.h"
 #include "io/mesh_import.h"
-#include "scene/repeated_triangles.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -180,7 +179,6 @@ Scene readGltfScene(const std::string& path, Up up) {
   scene.lights = reader.lights();
   ImportedFile file = importMeshes(path, up);
   for (ImportedMesh& part : file.meshes) {
-    dropRepeatedTriangles(part.mesh);
     const ImportedMaterial& material = file.materials[part.material];
     const auto refuse = [&](const std::string& what) {
       throw InputError(path + ": material '" + printable(material.name) + "': " + what);

@@ -2,7 +2,6 @@
 
 #include "grid/error.h"
 #include "io/mesh_import.h"
-#include "scene/repeated_triangles.h"
 
 namespace vdb_diffuse {
 
@@ -17,7 +16,6 @@ Mesh readMesh(const std::string& path, Up up) {
     }
   }
   if (mesh.triangles.empty()) throw InputError(path + ": has no triangles");
-  dropRepeatedTriangles(mesh);
   return mesh;
 }
 

@@ -9,8 +9,7 @@ namespace vdb_diffuse {
 /// Which of the VDB's axes points up.
 enum class Up { kY, kZ };
 
-/// All triangles of an OBJ, glTF or GLB file as one mesh: node transforms applied, polygons triangulated,
-/// repeated triangles left out.
+/// All triangles of an OBJ, glTF or GLB file as one mesh: node transforms applied, polygons triangulated.
 /// glTF has y up by definition and is turned where the VDB has z up: (x, y, z) becomes (x, -z, y). OBJ says
 /// nothing about its axes and stays as it is. Coordinates pass through float on the way.
 /// \throws InputError naming the path: missing, not a regular file, too large, damaged, without a triangle,

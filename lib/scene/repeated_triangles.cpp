@@ -1,10 +1,12 @@
 #include "scene/repeated_triangles.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
+
+#include "grid/parallel.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -34,30 +36,60 @@ uint64_t hashOf(const Corners& corners) {
 
 struct Hashed {
   uint64_t hash;
-  uint32_t triangle;
-  bool operator<(const Hashed& o) const { return hash != o.hash ? hash < o.hash : triangle < o.triangle; }
+  uint32_t mesh, triangle;
+  bool operator<(const Hashed& o) const {
+    return std::tie(hash, mesh, triangle) < std::tie(o.hash, o.mesh, o.triangle);
+  }
 };
+
+void dropRepeated(const std::vector<Mesh*>& meshes) {
+  std::vector<Hashed> hashed;
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    const Mesh& mesh = *meshes[m];
+    const size_t before = hashed.size();
+    hashed.resize(before + mesh.triangles.size());
+    forEachBlock(
+        mesh.triangles.size(),
+        [&](size_t t) {
+          hashed[before + t] = {hashOf(cornersOf(mesh, t)), static_cast<uint32_t>(m),
+                                static_cast<uint32_t>(t)};
+        },
+        1024);
+  }
+  tbb::parallel_sort(hashed.begin(), hashed.end());
+
+  const auto cornersAt = [&](const Hashed& h) { return cornersOf(*meshes[h.mesh], h.triangle); };
+  std::vector<std::vector<bool>> repeated(meshes.size());  // by triangle, where a mesh has any
+  for (size_t n = 0; n < hashed.size();) {
+    const size_t first = n;
+    while (++n < hashed.size() && hashed[n].hash == hashed[first].hash) {
+      if (cornersAt(hashed[n]) != cornersAt(hashed[first])) continue;
+      std::vector<bool>& of_mesh = repeated[hashed[n].mesh];
+      of_mesh.resize(meshes[hashed[n].mesh]->triangles.size());
+      of_mesh[hashed[n].triangle] = true;
+    }
+  }
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    if (repeated[m].empty()) continue;
+    auto& triangles = meshes[m]->triangles;
+    size_t kept = 0;
+    for (size_t t = 0; t < triangles.size(); ++t)
+      if (!repeated[m][t]) triangles[kept++] = triangles[t];
+    triangles.resize(kept);
+  }
+}
 
 }  // namespace
 
-void dropRepeatedTriangles(Mesh& mesh) {
-  std::vector<Hashed> hashed(mesh.triangles.size());
-  tbb::parallel_for(size_t(0), hashed.size(), [&](size_t t) {
-    hashed[t] = {hashOf(cornersOf(mesh, t)), static_cast<uint32_t>(t)};
-  });
-  tbb::parallel_sort(hashed.begin(), hashed.end());
-
-  std::vector<bool> repeated(mesh.triangles.size());
-  for (size_t n = 0; n < hashed.size();) {
-    const size_t first = n;
-    while (++n < hashed.size() && hashed[n].hash == hashed[first].hash)
-      repeated[hashed[n].triangle] =
-          cornersOf(mesh, hashed[n].triangle) == cornersOf(mesh, hashed[first].triangle);
-  }
-  size_t kept = 0;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!repeated[t]) mesh.triangles[kept++] = mesh.triangles[t];
-  mesh.triangles.resize(kept);
+void dropRepeatedTriangles(Scene& scene) {
+  std::vector<Mesh*> meshes;
+  for (Surface& surface : scene.surfaces) meshes.push_back(&surface.mesh);
+  dropRepeated(meshes);
+  const auto empty = [](const Surface& surface) { return surface.mesh.triangles.empty(); };
+  scene.surfaces.erase(std::remove_if(scene.surfaces.begin(), scene.surfaces.end(), empty),
+                       scene.surfaces.end());
+  for (NamedLight& light : scene.lights)
+    if (auto* area = std::get_if<AreaLight>(&light.light)) dropRepeated({&area->mesh});
 }
 
 }  // namespace vdb_diffuse

@@ -147,17 +147,13 @@ namespace {
 
 using CellIndex = std::unordered_map<CellKey, uint32_t, CellHash>;
 
-/// What emit(n, list) adds to lists for each n < count, one after the other, on all threads.
-template <typename Item, typename Emit>
-std::vector<Item> listed(size_t count, const Emit& emit) {
+/// What add(begin, end, list) puts into lists for parts of 0..count, one list after the other; all threads.
+template <typename Item, typename Add>
+std::vector<Item> listed(size_t count, const Add& add) {
   constexpr size_t kPart = 1024;
   std::vector<std::vector<Item>> parts((count + kPart - 1) / kPart);
   forEachBlock(
-      parts.size(),
-      [&](size_t p) {
-        for (size_t n = p * kPart; n < std::min(count, (p + 1) * kPart); ++n) emit(n, parts[p]);
-      },
-      1);
+      parts.size(), [&](size_t p) { add(p * kPart, std::min(count, (p + 1) * kPart), parts[p]); }, 1);
   std::vector<Item> list;
   for (std::vector<Item>& part : parts) {
     list.insert(list.end(), part.begin(), part.end());
@@ -171,12 +167,16 @@ CellIndex withNeighbours(const CellTree& tree, const std::vector<CellKey>& met) 
   CellIndex index;
   index.reserve(2 * met.size());
   for (const CellKey& key : met) index.emplace(key, static_cast<uint32_t>(index.size()));
-  const std::vector<CellKey> others = listed<CellKey>(met.size(), [&](size_t n, std::vector<CellKey>& list) {
-    forEachAround(met[n], [&](const CellKey& next) {
-      if (index.find(next) == index.end() && tree.isLeaf(next)) list.push_back(next);
-    });
-  });
-  for (const CellKey& key : others) index.emplace(key, static_cast<uint32_t>(index.size()));
+  const auto addUnmet = [&](size_t begin, size_t end, std::vector<CellKey>& list) {
+    for (size_t n = begin; n < end; ++n)
+      forEachAround(met[n], [&](const CellKey& next) {
+        if (index.find(next) == index.end() && tree.isLeaf(next)) list.push_back(next);
+      });
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  };
+  for (const CellKey& key : listed<CellKey>(met.size(), addUnmet))
+    index.emplace(key, static_cast<uint32_t>(index.size()));
   return index;
 }
 
@@ -193,8 +193,7 @@ std::vector<double> areasOf(const CellTree& tree, const CellIndex& index) {
     const int32_t surface = of.first.first;
     const int level = of.first.second;
     const std::vector<CellKey>& list = of.second;
-    const auto addTriangle = [&](size_t n, std::vector<Part>& parts) {
-      const auto t = static_cast<uint32_t>(n);
+    const auto addTriangle = [&](uint32_t t, std::vector<Part>& parts) {
       const int sides[2] = {tree.sideOf(surface, t, false), tree.sideOf(surface, t, true)};
       double low[3], high[3];
       tree.range(level, surface, t, low, high);
@@ -219,7 +218,10 @@ std::vector<double> areasOf(const CellTree& tree, const CellIndex& index) {
               add({surface, static_cast<int8_t>(side), static_cast<int8_t>(level), int32_t(i), int32_t(j),
                    int32_t(k)});
     };
-    for (const Part& part : listed<Part>(tree.surfaces()[surface].mesh.triangles.size(), addTriangle))
+    const auto addTriangles = [&](size_t begin, size_t end, std::vector<Part>& parts) {
+      for (size_t t = begin; t < end; ++t) addTriangle(static_cast<uint32_t>(t), parts);
+    };
+    for (const Part& part : listed<Part>(tree.surfaces()[surface].mesh.triangles.size(), addTriangles))
       area[part.cell] += part.area;
   }
   return area;
@@ -236,18 +238,20 @@ SurfaceCells makeSurfaceCells(const CellTree& tree, std::vector<CellKey> met) {
   const size_t met_count = cells.keys.size();
   cells.area.resize(met_count);
   cells.first.assign(met_count + 1, 0);
-  cells.around = listed<uint32_t>(met_count, [&](size_t n, std::vector<uint32_t>& around) {
-    const size_t before = around.size();
-    const CellKey& key = cells.keys[n];
-    double area = 0;
-    forEachAround(key, [&](const CellKey& next) {
-      const auto found = index.find(next);
-      if (found == index.end()) return;
-      area += own[found->second] / unit;
-      if (found->second < met_count) around.push_back(found->second);
-    });
-    cells.area[n] = static_cast<float>(std::max(area, kLeastArea * std::ldexp(1.0, 2 * key.level)));
-    cells.first[n + 1] = static_cast<uint32_t>(around.size() - before);
+  cells.around = listed<uint32_t>(met_count, [&](size_t begin, size_t end, std::vector<uint32_t>& around) {
+    for (size_t n = begin; n < end; ++n) {
+      const size_t before = around.size();
+      const CellKey& key = cells.keys[n];
+      double area = 0;
+      forEachAround(key, [&](const CellKey& next) {
+        const auto found = index.find(next);
+        if (found == index.end()) return;
+        area += own[found->second] / unit;
+        if (found->second < met_count) around.push_back(found->second);
+      });
+      cells.area[n] = static_cast<float>(std::max(area, kLeastArea * std::ldexp(1.0, 2 * key.level)));
+      cells.first[n + 1] = static_cast<uint32_t>(around.size() - before);
+    }
   });
   std::partial_sum(cells.first.begin(), cells.first.end(), cells.first.begin());
   return cells;
