@@ -332,6 +332,10 @@ int BouncedLight::bounces() const {
   return impl_->bounces;
 }
 
+size_t BouncedLight::patches() const {
+  return impl_->patches.size();
+}
+
 TwofoldLight BouncedLight::irradiance(int surface, uint32_t triangle, bool front,
                                       const SurfacePoint& at) const {
   if (impl_->bounces == 0) return {};

@@ -19,7 +19,8 @@ namespace vdb_diffuse {
 ///     x     x'  ground          one bounce at a time (radiosity; Goral et al. 1984).
 ///
 /// Patches grow with the distance from the volume and not with its resolution, and a surface that sees no
-/// other adds rays that meet nothing.
+/// other adds rays that meet nothing. Foliage has more sides than patches are kept for: they grow there, and
+/// a side that no patch stands for takes the light of one nearby.
 class BouncedLight {
  public:
   /// Radiance of the lights' own light that leaves a surface toward a ray that met it.
@@ -35,6 +36,7 @@ class BouncedLight {
   TwofoldLight irradiance(int surface, uint32_t triangle, bool front, const SurfacePoint& at) const;
   /// How many times light was sent on; 0 where no surface sees another.
   int bounces() const;
+  size_t patches() const;
 
  private:
   struct Impl;

@@ -13,7 +13,7 @@ constexpr uint32_t kBehind = ~0u;  // in place of a block
 /// Centres lie at most 0.87 voxels off the ray, so that more steps are in doubt only where it grazes the
 /// surface.
 constexpr int kDoubtful = 16;
-/// Surfaces that a ray meets within one layer, at most.
+/// Surfaces that a ray meets within one layer, at most, and the last one.
 constexpr size_t kMostInLayer = 8;
 
 /// A step of a ray on its way through the layers.
@@ -170,9 +170,8 @@ class Finder {
     return at->second;
   }
 
-  /// The last surface before the ray's blocks, and all from there on up to the first behind them. Where more
-  /// than kMostInLayer follow each other within a layer, light goes through none of them: the last of these
-  /// are not looked for.
+  /// The last surface before the ray's blocks, and all from there on up to the first behind them; of piles
+  /// the first ones and the last.
   void meetSurfaces(const Vec3d& start, int first, int last) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     meetings_.clear();
@@ -200,11 +199,20 @@ class Finder {
       const double t = t_start + distance / layer_length_;
       addMeeting(*hit, start, t);
       if (t >= layers_ || numberOf(stepAt(t)) > last + kMostSteps * kDoubtful) return;
-      const size_t count = meetings_.size();
-      if (count > kMostInLayer && t - meetings_[count - 1 - kMostInLayer].t < 1)
-        travelled =
-            std::max(travelled, (meetings_[count - 1 - kMostInLayer].t + 1 - t_start) * layer_length_);
+      travelled = pastPile(start, origin, t_start, travelled);
     }
+  }
+  /// Where more than kMostInLayer surfaces follow each other within a layer, light goes through none of them,
+  /// and from the last one it leaves: those between are not asked for. How far the ray has come then.
+  double pastPile(const Vec3d& start, const Vec3d& origin, double t_start, double travelled) {
+    if (meetings_.size() <= kMostInLayer) return travelled;
+    const double end = (meetings_[meetings_.size() - 1 - kMostInLayer].t + 1 - t_start) * layer_length_;
+    if (end <= travelled) return travelled;
+    if (auto hit = occluder_.closest(origin + direction_ * end, -direction_, end - travelled)) {
+      hit->front = !hit->front;  // seen along the light
+      addMeeting(*hit, start, t_start + (end - hit->distance) / layer_length_);
+    }
+    return end;
   }
   void addMeeting(const Occluder::Hit& hit, const Vec3d& start, double t) {
     meetings_.push_back({hit, t, start + lattice_.along * t});

@@ -160,24 +160,28 @@ TEST(BouncedLight, FurnaceInAWhitePit) {
   }
 }
 
-// So it does among white leaves, whose many sides are more than patches are kept for.
-TEST(BouncedLight, FurnaceAmongWhiteLeaves) {
-  constexpr double kSky = 3;
-  constexpr int kLeaves = 8000;
-  Medium medium = cubeAbout(5, 0.1);
-  medium.optics.sigma_s = Vec3d(1e-9);
-  Scene scene;
-  scene.lights.push_back({"sky", DomeLight{Vec3d(kSky), nullptr, 0}});
+/// Small triangles without order about the world's origin, white.
+Surface foliage(uint32_t count) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> at(-0.8, 0.8), off(-0.05, 0.05);
   Mesh leaves;
-  for (uint32_t leaf = 0; leaf < kLeaves; ++leaf) {
+  for (uint32_t leaf = 0; leaf < count; ++leaf) {
     const Vec3d middle(at(random), at(random), at(random));
     for (int corner = 0; corner < 3; ++corner)
       leaves.positions.push_back(middle + Vec3d(off(random), off(random), off(random)));
     leaves.triangles.push_back({3 * leaf, 3 * leaf + 1, 3 * leaf + 2});
   }
-  scene.surfaces.push_back({"leaves", leaves, Vec3d(1)});
+  return {"leaves", leaves, Vec3d(1)};
+}
+
+// So it does among white leaves, whose many sides are more than patches are kept for.
+TEST(BouncedLight, FurnaceAmongWhiteLeaves) {
+  constexpr double kSky = 3;
+  Medium medium = cubeAbout(5, 0.1);
+  medium.optics.sigma_s = Vec3d(1e-9);
+  Scene scene;
+  scene.lights.push_back({"sky", DomeLight{Vec3d(kSky), nullptr, 0}});
+  scene.surfaces.push_back(foliage(8000));
   const FirstScatter light = firstScatter(medium, scene, Occluder(scene.surfaces), Model::kDefault);
   double sum = 0;
   for (int z = -5; z < 5; ++z) {
@@ -188,6 +192,19 @@ TEST(BouncedLight, FurnaceAmongWhiteLeaves) {
     sum += layer / 1000;
   }
   EXPECT_NEAR(sum, kSky, 0.02 * kSky);
+}
+
+TEST(BouncedLight, KeepsNoMorePatchesForMoreLeaves) {
+  Medium medium = cubeAbout(20, 0.025);
+  medium.optics.sigma_s = Vec3d(1e-9);
+  for (const uint32_t leaves : {8000u, 40000u}) {
+    const std::vector<Surface> surfaces{foliage(leaves)};
+    const Occluder occluder(surfaces);
+    const BeamMedium beams(medium, Model::kDefault, 1);
+    const BouncedLight light(beams, surfaces, occluder, constantLight);
+    EXPECT_LT(light.patches(), 40000u) << leaves;
+    EXPECT_GT(light.bounces(), 0) << leaves;
+  }
 }
 
 }  // namespace

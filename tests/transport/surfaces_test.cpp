@@ -125,6 +125,31 @@ TEST(Surfaces, BlackPlatePartsTwoBalls) {
   EXPECT_LT(meanOf(medium, shut.diffuse[0], other), 1e-4 * seen);
 }
 
+// More plates in a voxel than a ray asks for: light comes back from the first, and goes through none.
+TEST(Surfaces, APileOfWhitePlatesIsAsOne) {
+  Medium medium = balls({Vec3d(0), Vec3d(2.5, 1.5, 0.5)}, 6);
+  medium.optics.sigma_s = Vec3d(3);
+  medium.optics.sigma_a = Vec3d(0.5);
+  const auto lit = [](Coord p) { return p[0] < 7; };
+  setEmission(medium, [&](Coord p) { return lit(p) ? 1 : 0; });
+  const Vec3d normal = Vec3d(2.5, 1.5, 0.5).unit(), u = Vec3d(0, 0, 1).cross(normal).unit(),
+              v = normal.cross(u);
+  const auto pile = [&](int plates) {
+    Scene scene;
+    for (int n = 0; n < plates; ++n) {
+      const Vec3d corner = Vec3d(1.25, 0.75, 0.25) - u * 30 - v * 30 + normal * (1e-3 * n);
+      scene.surfaces.push_back({"plate", quad(corner, u * 60, v * 60), Vec3d(1)});
+    }
+    return swept(medium, scene, 2);
+  };
+  const DiffuseResult one = pile(1), many = pile(30), open = swept(medium, {}, 2);
+  const double alone = meanOf(medium, open.diffuse[0], lit), before = meanOf(medium, one.diffuse[0], lit);
+  EXPECT_GT(before, 1.005 * alone);
+  EXPECT_NEAR(meanOf(medium, many.diffuse[0], lit) / before, 1, 1e-4);
+  const auto other = [&](Coord p) { return !lit(p); };
+  EXPECT_LT(meanOf(medium, many.diffuse[0], other), 1e-4 * meanOf(medium, open.diffuse[0], other));
+}
+
 // A plate of any tilt through one ball: nothing passes where it stands between voxels. Where it cuts them,
 // rays that run along it within a voxel without ever meeting it carry a little.
 TEST(Surfaces, BlackPlateCutsABall) {
