@@ -1,12 +1,11 @@
 #include "scene/repeated_triangles.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cstring>
 #include <tuple>
-
-#include "grid/parallel.h"
 
 namespace vdb_diffuse {
 namespace {
@@ -48,13 +47,9 @@ void dropRepeated(const std::vector<Mesh*>& meshes) {
     const Mesh& mesh = *meshes[m];
     const size_t before = hashed.size();
     hashed.resize(before + mesh.triangles.size());
-    forEachBlock(
-        mesh.triangles.size(),
-        [&](size_t t) {
-          hashed[before + t] = {hashOf(cornersOf(mesh, t)), static_cast<uint32_t>(m),
-                                static_cast<uint32_t>(t)};
-        },
-        1024);
+    tbb::parallel_for(size_t(0), mesh.triangles.size(), [&](size_t t) {
+      hashed[before + t] = {hashOf(cornersOf(mesh, t)), static_cast<uint32_t>(m), static_cast<uint32_t>(t)};
+    });
   }
   tbb::parallel_sort(hashed.begin(), hashed.end());
 
