@@ -1,6 +1,7 @@
 #include "blobs/basis.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "grid/row.h"
 
@@ -54,9 +55,17 @@ Sums weightAt(const Blob& blob, const Vec3d& p) {
 
 CellBasis basisOnCells(const std::vector<Blob>& blobs, const Cells& cells) {
   const std::vector<std::vector<int32_t>> lists = blobsByBlock(blobs, cells);
-  std::vector<CellBasis> parts(lists.size());  // `first` is of the part here, and holds counts
+  struct Entry {
+    int32_t blob;
+    float value;
+    openvdb::Vec3f gradient;
+  };
+  CellBasis basis;
+  basis.first.assign(cells.count() + 1, 0);
+  std::vector<std::vector<Entry>> parts(lists.size());  // by block
   forEachBlock(lists.size(), [&](size_t b) {
-    CellBasis& part = parts[b];
+    std::vector<Entry>& part = parts[b];
+    part.reserve(lists[b].size() * (cells.first[b + 1] - cells.first[b]));
     std::vector<Sums> weights(lists[b].size());
     for (size_t c = cells.first[b]; c < cells.first[b + 1]; ++c) {
       Sums all;
@@ -65,30 +74,31 @@ CellBasis basisOnCells(const std::vector<Blob>& blobs, const Cells& cells) {
         all.w += weights[k].w;
         all.gradient += weights[k].gradient;
       }
-      const size_t before = part.blob.size();
+      const size_t before = part.size();
       for (size_t k = 0; k < lists[b].size() && all.w > 0; ++k) {
         if (weights[k].w <= 0) continue;
         const double psi = weights[k].w / all.w;
-        part.blob.push_back(lists[b][k]);
-        part.value.push_back(static_cast<float>(psi));
-        part.gradient.emplace_back((weights[k].gradient - all.gradient * psi) / all.w);
+        part.push_back({lists[b][k], static_cast<float>(psi),
+                        openvdb::Vec3f((weights[k].gradient - all.gradient * psi) / all.w)});
       }
-      if (part.blob.size() == before) {
-        part.blob.push_back(nearestBlob(blobs, cells.centre[c]));
-        part.value.push_back(1);
-        part.gradient.emplace_back(0);
-      }
-      part.first.push_back(part.blob.size() - before);
+      if (part.size() == before)
+        part.push_back({nearestBlob(blobs, cells.centre[c]), 1, openvdb::Vec3f(0)});
+      basis.first[c + 1] = part.size() - before;
     }
   });
-  CellBasis basis;
-  basis.first.push_back(0);
-  for (const CellBasis& part : parts) {
-    for (const size_t count : part.first) basis.first.push_back(basis.first.back() + count);
-    basis.blob.insert(basis.blob.end(), part.blob.begin(), part.blob.end());
-    basis.value.insert(basis.value.end(), part.value.begin(), part.value.end());
-    basis.gradient.insert(basis.gradient.end(), part.gradient.begin(), part.gradient.end());
-  }
+  std::partial_sum(basis.first.begin(), basis.first.end(), basis.first.begin());
+  basis.blob = alignedArray<int32_t>(basis.entryCount());
+  basis.value = alignedArray<float>(basis.entryCount());
+  for (AlignedArray<float>& component : basis.gradient) component = alignedArray<float>(basis.entryCount());
+  forEachBlock(parts.size(), [&](size_t b) {
+    size_t e = basis.first[cells.first[b]];
+    for (const Entry& entry : parts[b]) {
+      basis.blob[e] = entry.blob;
+      basis.value[e] = entry.value;
+      for (int axis = 0; axis < 3; ++axis) basis.gradient[axis][e] = entry.gradient[axis];
+      ++e;
+    }
+  });
   return basis;
 }
 

@@ -15,9 +15,11 @@ namespace vdb_diffuse {
 /// psi and its gradient of the blobs that reach a cell, listed cell by cell.
 struct CellBasis {
   std::vector<size_t> first;  ///< by cell its first entry; one more at the end
-  std::vector<int32_t> blob;
-  std::vector<float> value;
-  std::vector<openvdb::Vec3f> gradient;  ///< per mean voxel size
+  AlignedArray<int32_t> blob;
+  AlignedArray<float> value;
+  std::array<AlignedArray<float>, 3> gradient;  ///< per mean voxel size
+
+  size_t entryCount() const { return first.back(); }
 };
 
 CellBasis basisOnCells(const std::vector<Blob>& blobs, const Cells& cells);

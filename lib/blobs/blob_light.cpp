@@ -68,6 +68,8 @@ class BlobMethod : public ChannelSolver {
     return source;
   }
 
+  DirectionSet probe() const override { return offPlanesInRings(); }
+
   void setUp(const Equation& equation) override {
     system_ = formBlobSystem(blobs_, cells_, basis_, equation, medium_, settings_.form, progress_);
     solver_ = std::make_unique<BlobSolver>(system_, settings_.form);

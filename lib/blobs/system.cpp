@@ -4,27 +4,32 @@
 #include <atomic>
 #include <numeric>
 
+#include "grid/row.h"
+
 namespace vdb_diffuse {
 namespace {
 
 /// Which entries of the basis belong to a blob, and which cells those are in.
 struct ByBlob {
-  std::vector<size_t> first, entry;
-  std::vector<int32_t> cell;
+  std::vector<size_t> first;
+  AlignedArray<uint32_t> entry;
+  AlignedArray<int32_t> cell;
 };
 
 ByBlob byBlob(const CellBasis& basis, size_t blobs) {
   ByBlob by;
+  const size_t entries = basis.entryCount();
+  if (entries > UINT32_MAX) throw std::bad_alloc();
   by.first.assign(blobs + 1, 0);
-  for (const int32_t i : basis.blob) ++by.first[i + 1];
+  for (size_t e = 0; e < entries; ++e) ++by.first[basis.blob[e] + 1];
   std::partial_sum(by.first.begin(), by.first.end(), by.first.begin());
-  by.entry.resize(basis.blob.size());
-  by.cell.resize(basis.blob.size());
+  by.entry = alignedArray<uint32_t>(entries);
+  by.cell = alignedArray<int32_t>(entries);
   std::vector<size_t> next(by.first.begin(), by.first.end() - 1);
   for (size_t c = 0; c + 1 < basis.first.size(); ++c)
     for (size_t e = basis.first[c]; e < basis.first[c + 1]; ++e) {
       const size_t at = next[basis.blob[e]]++;
-      by.entry[at] = e;
+      by.entry[at] = static_cast<uint32_t>(e);
       by.cell[at] = static_cast<int32_t>(c);
     }
   return by;
@@ -36,33 +41,57 @@ struct CellSums {
   std::vector<double> sink, absorbed;
 };
 
-CellSums sumsOf(const Equation& e, const Medium& medium, const Cells& cells) {
+/// What a block's voxels conduct to their neighbours above along an axis.
+/// \param r, beyond  half the resistances of its voxels and of the next block's; null: there is none
+VDB_DIFFUSE_KERNEL void conduct(const float* r, const float* beyond, int axis, float* g) {
+  if (axis == 2) {
+    for (int n = 0; n < kBlockVoxels; n += kBlockWidth) {
+      for (int z = 0; z < kBlockWidth - 1; ++z) g[n + z] = 1 / (r[n + z] + r[n + z + 1]);
+      g[n + 7] = beyond ? 1 / (r[n + 7] + beyond[n]) : 0;
+    }
+    return;
+  }
+  const int stride = axis == 0 ? 64 : 8;
+  for (int n = 0; n < kBlockVoxels; n += kBlockWidth) {
+    const bool last = n / stride % kBlockWidth == 7;
+    if (last && !beyond)
+      storeRow(g + n, Row{});
+    else
+      storeRow(g + n, 1 / (loadRow(r + n) + loadRow(last ? beyond + n - 7 * stride : r + n + stride)));
+  }
+}
+
+CellSums sumsOf(const Equation& e, const Medium& medium, const Cells& cells, BlobForm form) {
   const Operator& A = *e.A;
   const Topology& topology = *A.topology;
   CellSums sums;
   sums.conductance.assign(cells.count(), Vec3d(0));
+  sums.sink.assign(cells.count(), 0.0);
   forEachBlock(topology.blockCount(), [&](size_t b) {
-    const float* r = A.half_resistance.block(b);
-    const auto cuts = A.cuts.find(static_cast<int32_t>(b));
+    const float* sink = A.sink.block(b);
+    alignas(64) float g[3][kBlockVoxels];
     for (int axis = 0; axis < 3; ++axis) {
-      const int stride = 64 >> (3 * axis), shift = 6 - 3 * axis, face = 2 * axis + 1;
-      const int32_t across = topology.neighbours(b)[face];
-      for (auto it = topology.active(b).beginOn(); it; ++it) {
-        const int n = static_cast<int>(it.pos());
-        const bool last = (n >> shift & 7) == 7;
-        if (last && across == kNoBlock) continue;
-        if (cuts != A.cuts.end() && cuts->second.cut[face].isOn(n)) continue;
-        const float beyond = last ? A.half_resistance.block(across)[n - 7 * stride] : r[n + stride];
-        sums.conductance[cells.of(b, n)][axis] += 1 / (static_cast<double>(r[n]) + beyond);
-      }
+      const int32_t across = topology.neighbours(b)[2 * axis + 1];
+      conduct(A.half_resistance.block(b), across == kNoBlock ? nullptr : A.half_resistance.block(across),
+              axis, g[axis]);
+    }
+    const auto cuts = A.cuts.find(static_cast<int32_t>(b));
+    if (cuts != A.cuts.end())
+      for (int axis = 0; axis < 3; ++axis)
+        for (auto it = cuts->second.cut[2 * axis + 1].beginOn(); it; ++it) g[axis][it.pos()] = 0;
+    for (auto it = topology.active(b).beginOn(); it; ++it) {
+      const int n = static_cast<int>(it.pos());
+      const int32_t c = cells.of(b, n);
+      sums.conductance[c] += Vec3d(g[0][n], g[1][n], g[2][n]);
+      sums.sink[c] += sink[n];
     }
   });
-  sums.sink = sumOverCells(cells, topology, [&](size_t b, int n) { return A.sink.block(b)[n]; });
-  sums.absorbed = sumOverCells(cells, topology, [&](size_t b, int n) {
-    const float rho = medium.density.values.block(b)[n];
-    const ChannelOptics there = e.optics.at(b, n);
-    return there.sigma_a * e.h * rho / e.profile(there, rho).a;
-  });
+  if (form == BlobForm::kCollocation)
+    sums.absorbed = sumOverCells(cells, topology, [&](size_t b, int n) {
+      const float rho = medium.density.values.block(b)[n];
+      const ChannelOptics there = e.optics.at(b, n);
+      return there.sigma_a * e.h * rho / e.profile(there, rho).a;
+    });
   return sums;
 }
 
@@ -113,12 +142,26 @@ class RowSum {
   std::vector<int32_t> columns_;
 };
 
+/// What a cell couples a blob with the others by: what it conducts times the blob's gradient, and the sink.
+struct Coupling {
+  double pull[3], sink;
+};
+
+/// By entry of a cell's basis, the coupling's product with it.
+VDB_DIFFUSE_KERNEL void multiply(const Coupling& own, const CellBasis& basis, size_t first, size_t count,
+                                 double* product) {
+  const float *x = &basis.gradient[0][first], *y = &basis.gradient[1][first], *z = &basis.gradient[2][first],
+              *value = &basis.value[first];
+  const double gx = own.pull[0], gy = own.pull[1], gz = own.pull[2], sink = own.sink;
+  for (size_t k = 0; k < count; ++k) product[k] = gx * x[k] + gy * y[k] + gz * z[k] + sink * value[k];
+}
+
 }  // namespace
 
 BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, const CellBasis& basis,
                           const Equation& equation, const Medium& medium, BlobForm form,
                           const Progress& progress) {
-  const CellSums sums = sumsOf(equation, medium, cells);
+  const CellSums sums = sumsOf(equation, medium, cells, form);
   const ByBlob by = byBlob(basis, blobs.size());
   const std::vector<double> lost = lostAbout(by, basis, equation, medium, cells);
   const size_t n = blobs.size();
@@ -128,13 +171,17 @@ BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, co
   std::vector<std::vector<double>> values(n);
 
   const auto galerkinRow = [&](size_t j, RowSum& row) {
+    std::vector<double> product;
     for (size_t k = by.first[j]; k < by.first[j + 1]; ++k) {
       const int32_t c = by.cell[k];
-      const size_t own = by.entry[k];
-      const Vec3d pull = sums.conductance[c] * Vec3d(basis.gradient[own]);
-      const double sink = sums.sink[c] * basis.value[own];
-      for (size_t e = basis.first[c]; e <= own; ++e)
-        row.add(basis.blob[e], pull.dot(Vec3d(basis.gradient[e])) + sink * basis.value[e]);
+      const size_t own = by.entry[k], count = own - basis.first[c] + 1;
+      Coupling coupling;
+      for (int axis = 0; axis < 3; ++axis)
+        coupling.pull[axis] = sums.conductance[c][axis] * basis.gradient[axis][own];
+      coupling.sink = sums.sink[c] * basis.value[own];
+      if (product.size() < count) product.resize(2 * count);
+      multiply(coupling, basis, basis.first[c], count, product.data());
+      for (size_t e = 0; e < count; ++e) row.add(basis.blob[basis.first[c] + e], product[e]);
     }
   };
   const auto collocationRow = [&](size_t j, RowSum& row) {

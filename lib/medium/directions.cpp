@@ -57,4 +57,16 @@ DirectionSet offPlanes() {
   return imagesOf(orbit);
 }
 
+DirectionSet offPlanesInRings() {
+  const DirectionSet all = offPlanes();
+  DirectionSet half;
+  for (size_t n = 0; n < all.size(); ++n) {
+    const openvdb::Vec3d s = openvdb::math::Abs(all.s[n]);
+    if ((s[0] < s[1]) + (s[1] < s[2]) + (s[2] < s[0]) != 2) continue;
+    half.s.push_back(all.s[n]);
+    half.weight.push_back(2 * all.weight[n]);
+  }
+  return half;
+}
+
 }  // namespace vdb_diffuse

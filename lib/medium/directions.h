@@ -25,5 +25,8 @@ DirectionSet halfRangeSet(int size);
 /// 48 directions of equal weight, as symmetric, but none in a plane of symmetry: no ray of theirs runs
 /// through the edges of voxels, where rounding would decide by which face it leaves. Exact up to fifth order.
 DirectionSet offPlanes();
+/// The half of them in which x, y, z change places in a ring, of the same order. A volume that is turned by a
+/// quarter is lit by the other half, and a little differently.
+DirectionSet offPlanesInRings();
 
 }  // namespace vdb_diffuse

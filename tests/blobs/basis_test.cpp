@@ -93,7 +93,7 @@ TEST(BlobBasis, CellsSharesAddUpToOne) {
     Vec3d gradient(0);
     for (size_t e = basis.first[cell]; e < basis.first[cell + 1]; ++e) {
       value += basis.value[e];
-      gradient += Vec3d(basis.gradient[e]);
+      for (int axis = 0; axis < 3; ++axis) gradient[axis] += basis.gradient[axis][e];
     }
     EXPECT_NEAR(value, 1, 1e-5);
     EXPECT_NEAR(gradient.length(), 0, 1e-5);

@@ -26,21 +26,33 @@ double meanOfMonomial(int a, int b, int c) {
          doubleFactorial(a + b + c + 1);
 }
 
+void expectExactUpTo(int degree, const DirectionSet& set) {
+  for (int a = 0; a <= degree; ++a)
+    for (int b = 0; a + b <= degree; ++b)
+      for (int c = 0; a + b + c <= degree; ++c) {
+        double sum = 0;
+        for (size_t n = 0; n < set.size(); ++n)
+          sum +=
+              set.weight[n] * std::pow(set.s[n][0], a) * std::pow(set.s[n][1], b) * std::pow(set.s[n][2], c);
+        EXPECT_NEAR(sum, meanOfMonomial(a, b, c), kTableDigits)
+            << set.size() << " directions, x^" << a << " y^" << b << " z^" << c;
+      }
+}
+
 TEST(Directions, IntegratePolynomialsUpToTheirDegree) {
   for (const auto& [size, degree] : kSets) {
     const DirectionSet set = halfRangeSet(size);
     ASSERT_EQ(set.size(), static_cast<size_t>(size));
-    for (int a = 0; a <= degree; ++a)
-      for (int b = 0; a + b <= degree; ++b)
-        for (int c = 0; a + b + c <= degree; ++c) {
-          double sum = 0;
-          for (size_t n = 0; n < set.size(); ++n)
-            sum += set.weight[n] * std::pow(set.s[n][0], a) * std::pow(set.s[n][1], b) *
-                   std::pow(set.s[n][2], c);
-          EXPECT_NEAR(sum, meanOfMonomial(a, b, c), kTableDigits)
-              << size << " directions, x^" << a << " y^" << b << " z^" << c;
-        }
+    expectExactUpTo(degree, set);
   }
+}
+
+TEST(Directions, HalfOfThoseOffThePlanesAreAsExact) {
+  const DirectionSet all = offPlanes(), half = offPlanesInRings();
+  ASSERT_EQ(all.size(), 48u);
+  ASSERT_EQ(half.size(), 24u);
+  expectExactUpTo(5, all);
+  expectExactUpTo(5, half);
 }
 
 // Light that comes evenly from half the sphere sends a quarter of its radiance through a plane; E3 and E2 are
