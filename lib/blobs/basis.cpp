@@ -1,7 +1,6 @@
 #include "blobs/basis.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "grid/row.h"
 
@@ -54,52 +53,66 @@ Sums weightAt(const Blob& blob, const Vec3d& p) {
 }  // namespace
 
 CellBasis basisOnCells(const std::vector<Blob>& blobs, const Cells& cells) {
-  const std::vector<std::vector<int32_t>> lists = blobsByBlock(blobs, cells);
-  struct Entry {
-    int32_t blob;
-    float value;
-    openvdb::Vec3f gradient;
-  };
   CellBasis basis;
-  basis.first.assign(cells.count() + 1, 0);
-  std::vector<std::vector<Entry>> parts(lists.size());  // by block
-  forEachBlock(lists.size(), [&](size_t b) {
-    std::vector<Entry>& part = parts[b];
-    part.reserve(lists[b].size() * (cells.first[b + 1] - cells.first[b]));
-    std::vector<Sums> weights(lists[b].size());
+  basis.blobs = blobsByBlock(blobs, cells);
+  const size_t blocks = basis.blobs.size();
+  std::vector<int32_t> alone(cells.count(), -1);  // by cell that no blob reaches, the one nearest to it
+  forEachBlock(blocks, [&](size_t b) {
+    std::vector<int32_t>& list = basis.blobs[b];
+    for (size_t c = cells.first[b]; c < cells.first[b + 1]; ++c) {
+      const Vec3d& p = cells.centre[c];
+      if (std::any_of(list.begin(), list.end(), [&](int32_t i) { return weightAt(blobs[i], p).w > 0; }))
+        continue;
+      alone[c] = nearestBlob(blobs, p);
+      const auto place = std::lower_bound(list.begin(), list.end(), alone[c]);
+      if (place == list.end() || *place != alone[c]) list.insert(place, alone[c]);
+    }
+  });
+  basis.first.push_back(0);
+  for (size_t b = 0; b < blocks; ++b)
+    basis.first.push_back(basis.first[b] + basis.blobs[b].size() * (cells.first[b + 1] - cells.first[b]));
+  basis.value = alignedArray<float>(basis.first.back());
+  for (AlignedArray<float>& component : basis.gradient) component = alignedArray<float>(basis.first.back());
+  forEachBlock(blocks, [&](size_t b) {
+    const std::vector<int32_t>& list = basis.blobs[b];
+    std::vector<Sums> weights(list.size());
+    size_t e = basis.first[b];
     for (size_t c = cells.first[b]; c < cells.first[b + 1]; ++c) {
       Sums all;
-      for (size_t k = 0; k < lists[b].size(); ++k) {
-        weights[k] = weightAt(blobs[lists[b][k]], cells.centre[c]);
+      for (size_t k = 0; k < list.size(); ++k) {
+        weights[k] = weightAt(blobs[list[k]], cells.centre[c]);
         all.w += weights[k].w;
         all.gradient += weights[k].gradient;
       }
-      const size_t before = part.size();
-      for (size_t k = 0; k < lists[b].size() && all.w > 0; ++k) {
-        if (weights[k].w <= 0) continue;
-        const double psi = weights[k].w / all.w;
-        part.push_back({lists[b][k], static_cast<float>(psi),
-                        openvdb::Vec3f((weights[k].gradient - all.gradient * psi) / all.w)});
+      for (size_t k = 0; k < list.size(); ++k, ++e) {
+        double psi = alone[c] == list[k];
+        Vec3d gradient(0);
+        if (weights[k].w > 0) {
+          psi = weights[k].w / all.w;
+          gradient = (weights[k].gradient - all.gradient * psi) / all.w;
+        }
+        basis.value[e] = static_cast<float>(psi);
+        for (int axis = 0; axis < 3; ++axis) basis.gradient[axis][e] = static_cast<float>(gradient[axis]);
       }
-      if (part.size() == before)
-        part.push_back({nearestBlob(blobs, cells.centre[c]), 1, openvdb::Vec3f(0)});
-      basis.first[c + 1] = part.size() - before;
-    }
-  });
-  std::partial_sum(basis.first.begin(), basis.first.end(), basis.first.begin());
-  basis.blob = alignedArray<int32_t>(basis.entryCount());
-  basis.value = alignedArray<float>(basis.entryCount());
-  for (AlignedArray<float>& component : basis.gradient) component = alignedArray<float>(basis.entryCount());
-  forEachBlock(parts.size(), [&](size_t b) {
-    size_t e = basis.first[cells.first[b]];
-    for (const Entry& entry : parts[b]) {
-      basis.blob[e] = entry.blob;
-      basis.value[e] = entry.value;
-      for (int axis = 0; axis < 3; ++axis) basis.gradient[axis][e] = entry.gradient[axis];
-      ++e;
     }
   });
   return basis;
+}
+
+std::vector<double> weighedByBlobs(const CellBasis& basis, const Cells& cells, size_t blob_count,
+                                   const std::vector<double>& by_cell) {
+  std::vector<std::vector<double>> parts(basis.blobs.size());
+  forEachBlock(parts.size(), [&](size_t b) {
+    std::vector<double>& part = parts[b];
+    part.assign(basis.blobs[b].size(), 0.0);
+    const float* value = basis.value.get() + basis.first[b];
+    for (size_t c = cells.first[b]; c < cells.first[b + 1]; ++c)
+      for (double& sum : part) sum += by_cell[c] * *value++;
+  });
+  std::vector<double> sums(blob_count, 0.0);
+  for (size_t b = 0; b < parts.size(); ++b)
+    for (size_t k = 0; k < parts[b].size(); ++k) sums[basis.blobs[b][k]] += parts[b][k];
+  return sums;
 }
 
 BasisAt basisAt(const std::vector<Blob>& blobs, const Vec3d& p_frame) {

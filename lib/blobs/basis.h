@@ -12,17 +12,24 @@ namespace vdb_diffuse {
 // density, and it is the sum that we divide by: then the psi_i add up to one everywhere, an even light is an
 // even light, and what one blob loses others gain. Where no blob reaches, the one nearest in sigmas is alone.
 
-/// psi and its gradient of the blobs that reach a cell, listed cell by cell.
+/// psi and its gradient on the cells, of all the blobs that reach into a cell's block.
 struct CellBasis {
-  std::vector<size_t> first;  ///< by cell its first entry; one more at the end
-  AlignedArray<int32_t> blob;
+  std::vector<std::vector<int32_t>> blobs;  ///< by block, ascending
+  /// Entries stand block by block, in it cell by cell, and there in the order of the block's blobs; zero for a
+  /// blob that does not reach the cell.
+  std::vector<size_t> first;  ///< by block its first entry; one more at the end
   AlignedArray<float> value;
   std::array<AlignedArray<float>, 3> gradient;  ///< per mean voxel size
 
-  size_t entryCount() const { return first.back(); }
+  /// Of the cell numbered `cell` within the block, its first entry.
+  size_t at(size_t block, size_t cell) const { return first[block] + cell * blobs[block].size(); }
 };
 
 CellBasis basisOnCells(const std::vector<Blob>& blobs, const Cells& cells);
+
+/// By blob, the mean of a quantity of the cells that psi weighs: sum psi_j by_cell.
+std::vector<double> weighedByBlobs(const CellBasis& basis, const Cells& cells, size_t blob_count,
+                                   const std::vector<double>& by_cell);
 
 /// psi, its gradient and its Laplacian at a point.
 struct BasisAt {

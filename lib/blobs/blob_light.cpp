@@ -122,13 +122,15 @@ class BlobMethod : public ChannelSolver {
   std::vector<int32_t> centreCells() const {
     std::vector<int32_t> nearest(blobs_.size(), 0);
     std::vector<double> least(blobs_.size(), HUGE_VAL);
-    for (size_t c = 0; c < cells_.count(); ++c)
-      for (size_t e = basis_.first[c]; e < basis_.first[c + 1]; ++e) {
-        const int32_t i = basis_.blob[e];
-        const double d = (cells_.centre[c] - blobs_[i].centre).lengthSqr();
-        if (d >= least[i]) continue;
-        least[i] = d;
-        nearest[i] = static_cast<int32_t>(c);
+    for (size_t b = 0; b < basis_.blobs.size(); ++b)
+      for (size_t c = cells_.first[b]; c < cells_.first[b + 1]; ++c) {
+        const float* value = &basis_.value[basis_.at(b, c - cells_.first[b])];
+        for (const int32_t i : basis_.blobs[b]) {
+          const double d = (cells_.centre[c] - blobs_[i].centre).lengthSqr();
+          if (*value++ == 0 || d >= least[i]) continue;
+          least[i] = d;
+          nearest[i] = static_cast<int32_t>(c);
+        }
       }
     return nearest;
   }
@@ -158,15 +160,10 @@ class BlobMethod : public ChannelSolver {
   std::vector<double> projected(const Field<float>& b) const {
     const std::vector<double> sums =
         sumOverCells(cells_, medium_.topology(), [&](size_t block, int n) { return b.block(block)[n]; });
-    std::vector<double> projection(blobs_.size(), 0.0);
-    if (settings_.form == BlobForm::kCollocation) {
-      const std::vector<int32_t> centre = centreCells();
-      for (size_t i = 0; i < blobs_.size(); ++i) projection[i] = sums[centre[i]] / cells_.volume[centre[i]];
-      return projection;
-    }
-    for (size_t c = 0; c < cells_.count(); ++c)
-      for (size_t e = basis_.first[c]; e < basis_.first[c + 1]; ++e)
-        projection[basis_.blob[e]] += basis_.value[e] * sums[c];
+    if (settings_.form == BlobForm::kGalerkin)
+      return weighedByBlobs(basis_, cells_, blobs_.size(), sums);
+    std::vector<double> projection;
+    for (const int32_t c : centreCells()) projection.push_back(sums[c] / cells_.volume[c]);
     return projection;
   }
 

@@ -9,30 +9,18 @@
 namespace vdb_diffuse {
 namespace {
 
-/// Which entries of the basis belong to a blob, and which cells those are in.
-struct ByBlob {
-  std::vector<size_t> first;
-  AlignedArray<uint32_t> entry;
-  AlignedArray<int32_t> cell;
+/// A blob among those of a block.
+struct InBlock {
+  int32_t block, at;
 };
 
-ByBlob byBlob(const CellBasis& basis, size_t blobs) {
-  ByBlob by;
-  const size_t entries = basis.entryCount();
-  if (entries > UINT32_MAX) throw std::bad_alloc();
-  by.first.assign(blobs + 1, 0);
-  for (size_t e = 0; e < entries; ++e) ++by.first[basis.blob[e] + 1];
-  std::partial_sum(by.first.begin(), by.first.end(), by.first.begin());
-  by.entry = alignedArray<uint32_t>(entries);
-  by.cell = alignedArray<int32_t>(entries);
-  std::vector<size_t> next(by.first.begin(), by.first.end() - 1);
-  for (size_t c = 0; c + 1 < basis.first.size(); ++c)
-    for (size_t e = basis.first[c]; e < basis.first[c + 1]; ++e) {
-      const size_t at = next[basis.blob[e]]++;
-      by.entry[at] = static_cast<uint32_t>(e);
-      by.cell[at] = static_cast<int32_t>(c);
-    }
-  return by;
+/// By blob the blocks that it reaches into.
+std::vector<std::vector<InBlock>> blocksOfBlobs(const CellBasis& basis, size_t blob_count) {
+  std::vector<std::vector<InBlock>> reached(blob_count);
+  for (size_t b = 0; b < basis.blobs.size(); ++b)
+    for (size_t k = 0; k < basis.blobs[b].size(); ++k)
+      reached[basis.blobs[b][k]].push_back({static_cast<int32_t>(b), static_cast<int32_t>(k)});
+  return reached;
 }
 
 /// Sums over a cell's voxels of what its faces conduct along each axis, of the sink, and of what is absorbed.
@@ -96,21 +84,17 @@ CellSums sumsOf(const Equation& e, const Medium& medium, const Cells& cells, Blo
 }
 
 /// What the albedo field takes of the scattering about each blob, 0..1; empty without one.
-std::vector<double> lostAbout(const ByBlob& by, const CellBasis& basis, const Equation& e,
+std::vector<double> lostAbout(const CellBasis& basis, size_t blob_count, const Equation& e,
                               const Medium& medium, const Cells& cells) {
   if (!e.optics.albedo_field) return {};
   const std::vector<double> lost = sumOverCells(cells, medium.topology(), [&](size_t b, int n) {
     return (1 - double{e.optics.albedo_field->block(b)[n]}) * medium.density.values.block(b)[n];
   });
-  std::vector<double> about(by.first.size() - 1, 0.0);
-  for (size_t j = 0; j < about.size(); ++j) {
-    double mass = 0;
-    for (size_t k = by.first[j]; k < by.first[j + 1]; ++k) {
-      about[j] += basis.value[by.entry[k]] * lost[by.cell[k]];
-      mass += double{basis.value[by.entry[k]]} * cells.mass[by.cell[k]];
-    }
-    if (mass > 0) about[j] /= mass;
-  }
+  std::vector<double> about = weighedByBlobs(basis, cells, blob_count, lost);
+  const std::vector<double> mass =
+      weighedByBlobs(basis, cells, blob_count, {cells.mass.begin(), cells.mass.end()});
+  for (size_t j = 0; j < blob_count; ++j)
+    if (mass[j] > 0) about[j] /= mass[j];
   return about;
 }
 
@@ -147,13 +131,13 @@ struct Coupling {
   double pull[3], sink;
 };
 
-/// By entry of a cell's basis, the coupling's product with it.
-VDB_DIFFUSE_KERNEL void multiply(const Coupling& own, const CellBasis& basis, size_t first, size_t count,
-                                 double* product) {
-  const float *x = &basis.gradient[0][first], *y = &basis.gradient[1][first], *z = &basis.gradient[2][first],
-              *value = &basis.value[first];
+/// Adds the products of a blob's coupling in a cell with the first `count` of the cell's entries from `e` on.
+VDB_DIFFUSE_KERNEL void addProducts(const Coupling& own, const CellBasis& basis, size_t e, size_t count,
+                                    double* sum) {
+  const float *x = &basis.gradient[0][e], *y = &basis.gradient[1][e], *z = &basis.gradient[2][e],
+              *value = &basis.value[e];
   const double gx = own.pull[0], gy = own.pull[1], gz = own.pull[2], sink = own.sink;
-  for (size_t k = 0; k < count; ++k) product[k] = gx * x[k] + gy * y[k] + gz * z[k] + sink * value[k];
+  for (size_t k = 0; k < count; ++k) sum[k] += gx * x[k] + gy * y[k] + gz * z[k] + sink * value[k];
 }
 
 }  // namespace
@@ -162,33 +146,39 @@ BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, co
                           const Equation& equation, const Medium& medium, BlobForm form,
                           const Progress& progress) {
   const CellSums sums = sumsOf(equation, medium, cells, form);
-  const ByBlob by = byBlob(basis, blobs.size());
-  const std::vector<double> lost = lostAbout(by, basis, equation, medium, cells);
   const size_t n = blobs.size();
+  const std::vector<std::vector<InBlock>> reached = blocksOfBlobs(basis, n);
+  const std::vector<double> lost = lostAbout(basis, n, equation, medium, cells);
   BlobSystem system;
-  system.volume.assign(n, 0);
+  system.volume = weighedByBlobs(basis, cells, n, {cells.volume.begin(), cells.volume.end()});
+  std::vector<double> leaks;
+  if (form == BlobForm::kCollocation) {
+    leaks = sums.sink;
+    for (size_t c = 0; c < leaks.size(); ++c) leaks[c] -= sums.absorbed[c];
+    leaks = weighedByBlobs(basis, cells, n, leaks);
+  }
   std::vector<std::vector<int32_t>> columns(n);
   std::vector<std::vector<double>> values(n);
 
   const auto galerkinRow = [&](size_t j, RowSum& row) {
-    std::vector<double> product;
-    for (size_t k = by.first[j]; k < by.first[j + 1]; ++k) {
-      const int32_t c = by.cell[k];
-      const size_t own = by.entry[k], count = own - basis.first[c] + 1;
-      Coupling coupling;
-      for (int axis = 0; axis < 3; ++axis)
-        coupling.pull[axis] = sums.conductance[c][axis] * basis.gradient[axis][own];
-      coupling.sink = sums.sink[c] * basis.value[own];
-      if (product.size() < count) product.resize(2 * count);
-      multiply(coupling, basis, basis.first[c], count, product.data());
-      for (size_t e = 0; e < count; ++e) row.add(basis.blob[basis.first[c] + e], product[e]);
+    std::vector<double> products;
+    for (const auto& [block, at] : reached[j]) {
+      products.assign(at + 1, 0.0);
+      const size_t first = cells.first[block];
+      for (size_t c = first; c < cells.first[block + 1]; ++c) {
+        const size_t e = basis.at(block, c - first), own = e + at;
+        if (basis.value[own] == 0) continue;
+        Coupling coupling;
+        for (int axis = 0; axis < 3; ++axis)
+          coupling.pull[axis] = sums.conductance[c][axis] * basis.gradient[axis][own];
+        coupling.sink = sums.sink[c] * basis.value[own];
+        addProducts(coupling, basis, e, at + 1, products.data());
+      }
+      for (int32_t k = 0; k <= at; ++k) row.add(basis.blobs[block][k], products[k]);
     }
   };
   const auto collocationRow = [&](size_t j, RowSum& row) {
-    double leak = 0;
-    for (size_t k = by.first[j]; k < by.first[j + 1]; ++k)
-      leak += (sums.sink[by.cell[k]] - sums.absorbed[by.cell[k]]) * basis.value[by.entry[k]];
-    leak /= system.volume[j];
+    const double leak = leaks[j] / system.volume[j];
     const BasisAt at = basisAt(blobs, blobs[j].centre);
     double lost_here = 0;
     Vec3d lost_gradient(0);
@@ -212,8 +202,6 @@ BlobSystem formBlobSystem(const std::vector<Blob>& blobs, const Cells& cells, co
   tbb::parallel_for(tbb::blocked_range<size_t>(0, n, 8), [&](const auto& range) {
     RowSum row(n);
     for (size_t j = range.begin(); j != range.end(); ++j) {
-      for (size_t k = by.first[j]; k < by.first[j + 1]; ++k)
-        system.volume[j] += static_cast<double>(cells.volume[by.cell[k]]) * basis.value[by.entry[k]];
       form == BlobForm::kGalerkin ? galerkinRow(j, row) : collocationRow(j, row);
       row.take(columns[j], values[j]);
       const size_t rows = ++done;

@@ -88,16 +88,27 @@ TEST(BlobBasis, VoxelsAndPointsAgree) {
 TEST(BlobBasis, CellsSharesAddUpToOne) {
   const Case c;
   const CellBasis basis = basisOnCells(c.blobs, c.cells);
-  for (size_t cell = 0; cell < c.cells.count(); ++cell) {
-    double value = 0;
-    Vec3d gradient(0);
-    for (size_t e = basis.first[cell]; e < basis.first[cell + 1]; ++e) {
-      value += basis.value[e];
-      for (int axis = 0; axis < 3; ++axis) gradient[axis] += basis.gradient[axis][e];
+  for (size_t b = 0; b < basis.blobs.size(); ++b)
+    for (size_t cell = 0; cell < c.cells.first[b + 1] - c.cells.first[b]; ++cell) {
+      double value = 0;
+      Vec3d gradient(0);
+      for (size_t e = basis.at(b, cell); e < basis.at(b, cell + 1); ++e) {
+        value += basis.value[e];
+        for (int axis = 0; axis < 3; ++axis) gradient[axis] += basis.gradient[axis][e];
+      }
+      EXPECT_NEAR(value, 1, 1e-5);
+      EXPECT_NEAR(gradient.length(), 0, 1e-5);
     }
-    EXPECT_NEAR(value, 1, 1e-5);
-    EXPECT_NEAR(gradient.length(), 0, 1e-5);
-  }
+}
+
+TEST(BlobBasis, ACellOutOfReachBelongsToTheNearestBlob) {
+  Case c;
+  c.blobs.resize(2);
+  for (Blob& blob : c.blobs) blob.sigma = 0.3;
+  const CellBasis basis = basisOnCells(c.blobs, c.cells);
+  std::vector<double> held = weighedByBlobs(basis, c.cells, 2, {c.cells.volume.begin(), c.cells.volume.end()});
+  EXPECT_NEAR(held[0] + held[1], static_cast<double>(c.medium.topology().activeVoxelCount()), 1e-3);
+  EXPECT_GT(std::min(held[0], held[1]), 1);
 }
 
 }  // namespace
