@@ -5,6 +5,7 @@
 with BLENDER_USER_SCRIPTS set to an empty folder. Cycles' own path tracing, all bounces, is the referee.
 """
 
+import json
 import os
 import shutil
 import subprocess
@@ -161,6 +162,42 @@ def testHybridScattersOnceWhateverTheBounces():
     once = stage.cyclesPicture().mean()
     scene.cycles.volume_bounces = 64
     near("64 bounces", stage.cyclesPicture().mean(), once, 0.02)
+
+
+def paintedCloud():
+    """Cumulus with a colour grid `direct_paint`: the orange light of a sun, .8, .5 and .2 where nothing shades it."""
+    path = os.path.join(stage.FOLDER, "painted.vdb")
+    lamp = {"type": "sun", "group": "paint", "irradiance": [10, 6, 3], "direction": [1, 0, -1]}
+    scene = {"medium": {"sigma_s": 0.15, "sigma_a": 0.0}, "lights": [lamp]}
+    with open(path + ".json", "w", encoding="utf-8") as file:
+        json.dump(scene, file)
+    subprocess.run([stage.PROGRAM, "bake", stage.data("cumulus.vdb"), "-o", path, "--scene", path + ".json",
+                    "--light-groups", "--grids", "density,direct", "--quiet"], check=True)
+    return path
+
+
+def testAlbedoGrid():
+    """A colour that a grid gives, by node and by name, in both materials; and the same set in the panel."""
+    for by_name, kind, tolerance in ((False, "BAKED", 0.03), (True, "HYBRID", 0.03)):
+        scene, item, _ = cloud(path=paintedCloud(), samples=32)
+        tree = item.material_slots[0].material.node_tree
+        principled = tree.nodes["Principled Volume"]
+        if by_name:
+            principled.inputs["Color Attribute"].default_value = "direct_paint"
+        else:
+            attribute = tree.nodes.new("ShaderNodeAttribute")
+            attribute.attribute_name = "direct_paint"
+            tree.links.new(attribute.outputs["Color"], principled.inputs["Color"])
+        traced = tracedPicture(scene, 32)
+        stage.bake(item, material_kind=kind)
+        picture = stage.cyclesPicture()
+        for channel, name in enumerate(("red", "green", "blue")):
+            near(f"{kind} {name}", picture[:, :, channel].mean(), traced[:, :, channel].mean(), tolerance)
+    stage.bake(item, medium_from="PANEL", material_kind="HYBRID", albedo_grid="direct_paint")
+    near("by the panel", stage.cyclesPicture().mean(), picture.mean(), 1e-3)
+    stage.bake(item, medium_from="MATERIAL")
+    principled.inputs["Absorption Color"].default_value = (1, 0, 0, 1)
+    refused("has to be black", bpy.ops.vdb_diffuse.bake)
 
 
 def testSecondBakeStartsFromTheSource():

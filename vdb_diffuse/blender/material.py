@@ -9,6 +9,8 @@ Hybrid:  to rays from the camera the medium scatters, so that Cycles finds the l
          emits the same without `direct`. To all other rays it only absorbs, with sigma_t: emission met after a
          scattering, and a second scattering, are in `diffuse` already.
 
+An albedo grid multiplies sigma_s and leaves sigma_t as it is.
+
 Grids are read by Attribute nodes, since Volume Info knows only a few names.
 """
 
@@ -86,20 +88,24 @@ def build(material, medium, kind, has_flux):
         light = _towardCamera(tree, light, g)
     thick = tree.math("MULTIPLY", 7, rho, largest)
     passes = [1 - t / largest for t in sigma_t]
+    scatters = [s / largest for s in sigma_s]
+    if "albedo_grid" in medium:
+        scatters = tree.vector("MULTIPLY", 6, tree.grid(medium["albedo_grid"]).outputs["Color"], scatters)
     if kind == "BAKED":
         light = tree.vector("ADD", 7, light, tree.grid("direct").outputs["Color"])
         seen = rho
     else:
         camera = tree.add("ShaderNodeLightPath", 6).outputs["Is Camera Ray"]
-        passes = tree.vector("MULTIPLY_ADD", 7, camera, [s / largest for s in sigma_s], passes)
+        passes = tree.vector("MULTIPLY_ADD", 7, camera, scatters, passes)
         seen = tree.math("MULTIPLY", 7, rho, camera)
-    light = tree.vector("MULTIPLY", 8, tree.vector("MAXIMUM", 8, light, (0, 0, 0)), sigma_s)
+    light = tree.vector("MULTIPLY", 8, tree.vector("MAXIMUM", 8, light, (0, 0, 0)), scatters)
+    seen = tree.math("MULTIPLY", 8, seen, largest)
     emission = tree.add("ShaderNodeEmission", 9, {"Color": light, "Strength": seen})
     absorption = tree.add("ShaderNodeVolumeAbsorption", 9, {"Color": _color(passes), "Density": thick})
     shader = tree.add("ShaderNodeAddShader", 10, {0: emission.outputs[0], 1: absorption.outputs[0]})
     if kind == "HYBRID":
         scatter = tree.add("ShaderNodeVolumeScatter", 9, {
-            "Color": _color([s / largest for s in sigma_s]), "Density": tree.math("MULTIPLY", 8, thick, camera),
+            "Color": _color(scatters), "Density": tree.math("MULTIPLY", 8, thick, camera),
             "Anisotropy": g})
         shader = tree.add("ShaderNodeAddShader", 11, {0: shader.outputs[0], 1: scatter.outputs[0]})
     tree.add("ShaderNodeOutputMaterial", 12, {"Volume": shader.outputs[0]})

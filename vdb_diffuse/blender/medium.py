@@ -1,10 +1,13 @@
-"""What a volume's material says about the medium: density grid, sigma_s, sigma_a, g.
+"""What a volume's material says about the medium: density grid, sigma_s, sigma_a, g, albedo grid.
 
     Principled Volume    sigma_s = d c, sigma_a = d max(0, 1 - c) max(0, 1 - sqrt(absorption colour))
     Volume Scatter       sigma_s = d c                     d: Density, c: Color
     Volume Absorption    sigma_a = d max(0, 1 - c)
 
 as in Cycles, per unit of the grid that d is proportional to. Add Shader and Mix Shader combine them.
+
+A grid, such as Cd, may give or multiply the colour c of a Principled Volume that absorbs in black: then its extinction
+is d whatever the grid says, and the grid multiplies sigma_s, as `albedo_grid` of vdb_diffuse does.
 """
 
 from .errors import BakeError
@@ -13,6 +16,7 @@ from .errors import BakeError
 class _Found:
     def __init__(self, name):
         self.name, self.grid = name, None
+        self.albedo_grids = set()  # of each part that scatters; None: by no grid
         self.sigma_s, self.sigma_a, self.g_sigma_s = [0.0] * 3, [0.0] * 3, 0.0
 
     def refuse(self, what):
@@ -52,6 +56,17 @@ def _factor(socket, found):
         if node.operation == "DIVIDE" and not grid_b and b:
             return a / b, grid_a
     found.refuse(f"node '{node.name}' feeds a density, which has to be an Attribute times a number")
+
+
+def _color(node, found):
+    """Colour of a Principled Volume, and the grid that multiplies it or None."""
+    attribute = node.inputs["Color Attribute"].default_value
+    source, _ = _source(node.inputs["Color"])
+    if source is None or source.type != "ATTRIBUTE":
+        return _constant(node.inputs["Color"], found), attribute or None
+    if attribute:
+        found.refuse(f"node '{node.name}' multiplies two grids, '{source.attribute_name}' and '{attribute}': clear one")
+    return [1.0, 1.0, 1.0], source.attribute_name
 
 
 def _constant(socket, found):
@@ -94,14 +109,21 @@ def _add(node, weight, found, warn):
     if not grid:
         found.refuse(f"node '{node.name}': no grid feeds its density")
     found.setGrid(grid)
-    color = _constant(node.inputs["Color"], found)
+    albedo_grid = None
+    if kind == "PRINCIPLED_VOLUME":
+        color, albedo_grid = _color(node, found)
+    else:
+        color = _constant(node.inputs["Color"], found)
     absorbing = [max(0, 1 - c) for c in color]
     if kind == "PRINCIPLED_VOLUME":
         left = _constant(node.inputs["Absorption Color"], found)
+        if albedo_grid and max(left) > 0:
+            found.refuse(f"node '{node.name}': its Absorption Color has to be black where a grid gives its colour")
         absorbing = [a * max(0, 1 - max(c, 0) ** 0.5) for a, c in zip(absorbing, left)]
     if kind != "VOLUME_ABSORPTION":
         scattering = [weight * density * c for c in color]
         found.sigma_s = [s + t for s, t in zip(found.sigma_s, scattering)]
+        found.albedo_grids.add(albedo_grid)
         found.g_sigma_s += _constant(node.inputs["Anisotropy"], found) * sum(scattering)
     if kind != "VOLUME_SCATTER":
         found.sigma_a = [s + weight * density * a for s, a in zip(found.sigma_a, absorbing)]
@@ -118,11 +140,19 @@ def mediumOf(material, warn):
     _add(_source(output.inputs["Volume"])[0], 1.0, found, warn)
     if not found.grid:
         found.refuse("no Principled Volume, Volume Scatter or Volume Absorption in it")
+    if len(found.albedo_grids) > 1:
+        found.refuse("one part's colour comes from a grid and another's does not: use the same for all")
     scattering = sum(found.sigma_s)
     g = found.g_sigma_s / scattering if scattering > 0 else 0.0
-    return {"density": found.grid, "sigma_s": found.sigma_s, "sigma_a": found.sigma_a, "g": min(max(g, -0.99), 0.99)}
+    return _medium(found.grid, found.sigma_s, found.sigma_a, min(max(g, -0.99), 0.99),
+                   next(iter(found.albedo_grids), None))
+
+
+def _medium(density, sigma_s, sigma_a, g, albedo_grid):
+    medium = {"density": density, "sigma_s": sigma_s, "sigma_a": sigma_a, "g": g}
+    return {**medium, "albedo_grid": albedo_grid} if albedo_grid else medium
 
 
 def panelMedium(settings):
-    return {"density": "density", "sigma_s": [settings.density * a for a in settings.albedo],
-            "sigma_a": [settings.density * (1 - a) for a in settings.albedo], "g": settings.anisotropy}
+    return _medium("density", [settings.density * a for a in settings.albedo],
+                   [settings.density * (1 - a) for a in settings.albedo], settings.anisotropy, settings.albedo_grid)

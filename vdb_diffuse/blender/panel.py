@@ -23,7 +23,7 @@ class VDB_DIFFUSE_PT_volume(bpy.types.Panel):
         layout.prop(settings, "occluders")
         layout.prop(settings, "medium_from")
         if settings.medium_from == "PANEL":
-            for name in ("density", "albedo", "anisotropy"):
+            for name in ("density", "albedo", "albedo_grid", "anisotropy"):
                 layout.prop(settings, name)
         layout.prop(settings, "sweeps")
         layout.prop(settings, "material_kind")

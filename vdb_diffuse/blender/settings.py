@@ -43,6 +43,10 @@ class VdbDiffuseSettings(bpy.types.PropertyGroup):
         name="Albedo", subtype="COLOR", size=3, default=(1, 1, 1), min=0, max=1,
         description="Share of the light that scatters where light meets the medium; the rest is absorbed",
     )
+    albedo_grid: StringProperty(
+        name="Albedo Grid",
+        description="Grid of the file, such as Cd, that multiplies the albedo; empty: none",
+    )
     anisotropy: FloatProperty(name="Anisotropy", min=-0.99, max=0.99, description="Mean cosine of scattering")
 
     # What the volume was before the first bake, so that a second one does not build on the first.
