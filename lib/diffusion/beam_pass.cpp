@@ -82,7 +82,7 @@ std::vector<LayerPlaces> layerPlaces(const std::vector<const RayLattice*>& latti
       for (const RayLattice* lattice : lattices) {
         const Layer& layer = lattice->layers[n];
         centre += layer.centre[a];
-        square += layer.variance[a] + double{layer.centre[a]} * layer.centre[a];
+        square += layer.square[a];
       }
       centre /= static_cast<double>(lattices.size());
       square /= static_cast<double>(lattices.size());

@@ -54,7 +54,7 @@ Layer stepsOf(int shift_u, int shift_v, double e_u, double e_v, double d_u, doub
       square += step.extent * (middle * middle + step.moves[axis] * step.moves[axis] / 12);
     }
     layer.centre[axis] = static_cast<float>(mean);
-    layer.variance[axis] = static_cast<float>(square - mean * mean);
+    layer.square[axis] = static_cast<float>(square);
   }
   return layer;
 }

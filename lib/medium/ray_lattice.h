@@ -21,7 +21,7 @@ struct Layer {
   int steps = 0;
   LayerStep step[3];
   float centre[3] = {};    ///< of the rays' way through a voxel, along (w, u, v) from the voxel's centre
-  float variance[3] = {};  ///< of places on that way; 1/12 where the rays are spread over the voxel evenly
+  float square[3] = {};    ///< of places on that way; 1/12 where the rays are spread over the voxel evenly
 };
 
 /// The rays of one direction: a square lattice, one voxel apart in the plane across axis w.

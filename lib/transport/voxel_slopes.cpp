@@ -6,7 +6,7 @@ namespace vdb_diffuse {
 namespace {
 
 /// Optical depths of a voxel up to which the equation's slope is the better one, and from which on the swept.
-constexpr float kThin = 1, kThick = 6;
+constexpr float kThin = 0.5, kThick = 2;
 
 float sweptPart(float tau) {
   return std::clamp((tau - kThin) / (kThick - kThin), 0.0f, 1.0f);
