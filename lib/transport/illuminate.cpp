@@ -8,9 +8,9 @@
 namespace vdb_diffuse {
 namespace {
 
-/// A volume whose voxels have more optical depths on average is not swept: in a shell of nine in every voxel
-/// sweeps were further from Monte Carlo than none by two hundredths. Clouds have thin voxels at their edges,
-/// and gain with eleven in the densest.
+/// A volume whose voxels have more optical depths on average is not swept. In a box of ten in every voxel
+/// under an oblique sun, diffusion alone is 9 % from Monte Carlo, and two sweeps 16 %; of balls and a shell of
+/// ten most gain. Clouds have thin voxels at their edges, and gain with eleven in the densest.
 constexpr double kThickestVoxels = 8;
 /// Sweeps are left out where voxels are so thick that they would not help; then with a warning.
 std::string whyNotSwept(const Medium& medium, Model model) {

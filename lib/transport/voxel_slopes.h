@@ -8,10 +8,10 @@ namespace vdb_diffuse {
 /// first moment of I0, per voxel along the grid's axes.
 ///
 /// In thin voxels that is the slope which the diffusion equation gives the same I0 (diffusiveFlux). It misses
-/// what light does within a mean free path of a surface, and from a few optical depths per voxel on all of
-/// that happens inside one voxel: thick ones take the first moment that the sweep itself has found. That one
-/// has the diffusion limit (the linear characteristic scheme; Larsen and Morel 1989), but sees few rays in a
-/// voxel, which is why thin ones do without.
+/// what light does within a mean free path of a surface, and from one or two optical depths per voxel on all
+/// of that happens inside one voxel: thicker ones take the first moment that the sweep itself has found. That
+/// one has the diffusion limit (the linear characteristic scheme; Larsen and Morel 1989), but sees few rays
+/// in a voxel, and thin ones need it less.
 class VoxelSlopes {
  public:
   VoxelSlopes(const ChannelSolution& channel, const Medium& medium);
