@@ -16,7 +16,8 @@ std::string reportCsv(const std::vector<Measurement>& rows, int block, int threa
 std::string reportTable(const std::vector<Measurement>& rows, int block);
 
 /// "default reaches 12.3 % in 0.8 s; Monte Carlo needs 95 s for the same error per voxel: 118 x", of the
-/// method with this name or else the last one that Monte Carlo was compared with; empty without any.
+/// method with this name or else the last one that Monte Carlo was compared with; empty without any. Where the
+/// noise hides that method's error, it says so.
 std::string reportVerdict(const std::vector<Measurement>& rows, int block,
                           const std::string& featured = "default");
 

@@ -102,6 +102,15 @@ TEST_F(Report, TableAndPictureHoldWhatWasMeasured) {
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), static_cast<long>(rows.size()) + 2);
 }
 
+TEST_F(Report, AnErrorThatTheNoiseHidesIsNotComparedWithMonteCarlo) {
+  ASSERT_EQ(runProgram("bake " + ball_ + " -o " + folder_.file("lit.vdb") + " --sun 0.3,0.2,-1").status, 0);
+  const Outcome outcome =
+      runProgram("report " + ball_ + " -o " + out_ + " --sun 0.3,0.2,-1 --reference " +
+                 folder_.file("lit.vdb") + " --methods default,p1,monte-carlo --repeats 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_NE(outcome.out.find("default is nearer to the reference than"), std::string::npos) << outcome.out;
+}
+
 TEST_F(Report, ErrorsAreTheSameAgainstAStoredReferenceForAnyNumberOfThreads) {
   // Any light will do for a reference that is the same each time.
   ASSERT_EQ(
