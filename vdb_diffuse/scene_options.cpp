@@ -6,6 +6,7 @@
 #include "grid/error.h"
 #include "io/image.h"
 #include "io/json_file.h"
+#include "io/mesh_file.h"
 #include "scene/repeated_triangles.h"
 #include "words.h"
 
@@ -58,7 +59,13 @@ void layLights(const SceneOptions& o, Scene& scene) {
 
 void laySurfaces(const SceneOptions& o, Up up, Scene& scene) {
   if (!o.occluders.empty()) scene.surfaces.clear();
-  for (const std::string& path : o.occluders) scene.surfaces.push_back({path, readMesh(path, up), Vec3d(0)});
+  size_t triangles = 0;
+  for (const std::string& path : o.occluders) {
+    scene.surfaces.push_back({path, readMesh(path, up), Vec3d(0)});
+    if ((triangles += scene.surfaces.back().mesh.triangles.size()) > kMostTriangles)
+      throw InputError(path + ": the occluders together have more than " + std::to_string(kMostTriangles) +
+                       " triangles");
+  }
   if (!o.occluder_albedo) return;
   const Vec3d albedo = rgbIn("--occluder-albedo", *o.occluder_albedo, 1);
   if (scene.surfaces.empty())

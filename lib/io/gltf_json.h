@@ -7,7 +7,6 @@
 namespace vdb_diffuse {
 
 constexpr size_t kLargestMeshFile = size_t(1) << 30;  ///< bytes, one file and what it refers to
-constexpr size_t kMostTriangles = 50'000'000;  ///< every instance counted; 24 to 84 bytes each as a mesh
 constexpr size_t kMostGltfNodes = 1'000'000;
 constexpr int kDeepestGltfNode = 256;  ///< levels; readers recurse
 

@@ -6,6 +6,10 @@
 
 namespace vdb_diffuse {
 
+/// Of one file, of all that a scene names and of all occluders together, every instance counted; 24 to 84
+/// bytes each as a mesh.
+constexpr size_t kMostTriangles = 50'000'000;
+
 /// Which of the VDB's axes points up.
 enum class Up { kY, kZ };
 

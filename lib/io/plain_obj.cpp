@@ -7,6 +7,7 @@
 #include "grid/error.h"
 #include "io/gltf_json.h"
 #include "io/json_file.h"
+#include "io/mesh_file.h"
 
 namespace vdb_diffuse {
 namespace {
