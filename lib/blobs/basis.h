@@ -27,7 +27,7 @@ struct CellBasis {
 
 CellBasis basisOnCells(const std::vector<Blob>& blobs, const Cells& cells);
 
-/// By blob, the mean of a quantity of the cells that psi weighs: sum psi_j by_cell.
+/// By blob j the sum of psi_j times a quantity of the cells.
 std::vector<double> weighedByBlobs(const CellBasis& basis, const Cells& cells, size_t blob_count,
                                    const std::vector<double>& by_cell);
 

@@ -25,8 +25,8 @@ namespace vdb_diffuse {
 class ReturnedLight {
  public:
   /// All but the directions must outlive the object.
-  /// \param probe  of the rays; half as many, offPlanesInRings, take two thirds of the time and have moved the
-  /// light of 31 volumes and lights by 0.4 % of it at most (RMS error against Monte Carlo, diffusion alone)
+  /// \param probe  of the rays; half as many, offPlanesInRings, take two thirds of the time, and changed the
+  /// errors of diffusion alone, 1 to 20 % over 31 volumes and lights, by 0.1 % in the middle and 0.7 % at most
   ReturnedLight(const Medium& medium, const Occluder& occluder, const std::vector<Surface>& surfaces,
                 const Walls& walls, const DirectionSet& probe = offPlanes());
 
