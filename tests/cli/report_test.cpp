@@ -109,6 +109,12 @@ TEST_F(Report, AnErrorThatTheNoiseHidesIsNotComparedWithMonteCarlo) {
                  folder_.file("lit.vdb") + " --methods default,p1,monte-carlo --repeats 1");
   ASSERT_EQ(outcome.status, 0) << outcome.error;
   EXPECT_NE(outcome.out.find("default is nearer to the reference than"), std::string::npos) << outcome.out;
+
+  // Nor is one that has nothing to be compared with taken for one that is hidden.
+  const Outcome alone = runProgram("report " + ball_ + " -o " + out_ + "2 --sun 1,0,0 --reference " +
+                                   folder_.file("lit.vdb") + " --methods default --repeats 1");
+  ASSERT_EQ(alone.status, 0) << alone.error;
+  EXPECT_EQ(alone.out.find("is nearer"), std::string::npos) << alone.out;
 }
 
 TEST_F(Report, ErrorsAreTheSameAgainstAStoredReferenceForAnyNumberOfThreads) {
