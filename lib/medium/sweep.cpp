@@ -164,7 +164,8 @@ class BlockFields {
 /// to the other, as all pass the middle of the volume: all together they are a sample of the voxel, and even
 /// light has no slope. A direction by itself tells little of the slope across it: taken about each one's own
 /// places, and fitted to the slopes of a sky at a surface, slopes were 0.91, 0.77, 0.62 and 0.64 of what they
-/// are in the interior of a medium of 0.5, 1, 2 and 4 optical depths a voxel (SweptSlopes.AreThoseOfTheDecay).
+/// are in the interior of a medium of 0.5, 1, 2 and 4 optical depths a voxel
+/// (SweptSlopes.AreThoseOfTheDecay).
 void slopesOfMoments(const Wavefront& wavefront, VectorField& lean) {
   const Topology& topology = wavefront.topology();
   std::vector<Vec3d> square[3];  // by axis w and coordinate, along the grid's axes
