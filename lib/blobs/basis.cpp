@@ -141,12 +141,11 @@ BasisAt basisAt(const std::vector<Blob>& blobs, const Vec3d& p_frame) {
 }
 
 template <typename T>
-void evaluate(const std::vector<Blob>& blobs, const Cells& cells, const Topology& topology,
-              const std::vector<double>& values, Field<T>& out) {
-  const std::vector<std::vector<int32_t>> lists = blobsByBlock(blobs, cells);
+void evaluate(const std::vector<Blob>& blobs, const CellBasis& basis, const Cells& cells,
+              const Topology& topology, const std::vector<double>& values, Field<T>& out) {
   forEachBlock(topology.blockCount(), [&](size_t b) {
     RowSums sums{};
-    for (const int32_t i : lists[b]) {
+    for (const int32_t i : basis.blobs[b]) {
       const Blob& blob = blobs[i];
       BlobRows rows;
       rows.value = static_cast<float>(values[i]);
@@ -170,9 +169,9 @@ void evaluate(const std::vector<Blob>& blobs, const Cells& cells, const Topology
   });
 }
 
-template void evaluate(const std::vector<Blob>&, const Cells&, const Topology&, const std::vector<double>&,
-                       Field<float>&);
-template void evaluate(const std::vector<Blob>&, const Cells&, const Topology&, const std::vector<double>&,
-                       Field<double>&);
+template void evaluate(const std::vector<Blob>&, const CellBasis&, const Cells&, const Topology&,
+                       const std::vector<double>&, Field<float>&);
+template void evaluate(const std::vector<Blob>&, const CellBasis&, const Cells&, const Topology&,
+                       const std::vector<double>&, Field<double>&);
 
 }  // namespace vdb_diffuse

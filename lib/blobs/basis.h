@@ -15,8 +15,8 @@ namespace vdb_diffuse {
 /// psi and its gradient on the cells, of all the blobs that reach into a cell's block.
 struct CellBasis {
   std::vector<std::vector<int32_t>> blobs;  ///< by block, ascending
-  /// Entries stand block by block, in it cell by cell, and there in the order of the block's blobs; zero for a
-  /// blob that does not reach the cell.
+  /// Entries stand block by block, in it cell by cell, and there in the order of the block's blobs; zero for
+  /// a blob that does not reach the cell.
   std::vector<size_t> first;  ///< by block its first entry; one more at the end
   AlignedArray<float> value;
   std::array<AlignedArray<float>, 3> gradient;  ///< per mean voxel size
@@ -44,7 +44,7 @@ BasisAt basisAt(const std::vector<Blob>& blobs, const Vec3d& p_frame);
 
 /// sum_i values_i psi_i in every active voxel, zero in the others.
 template <typename T>
-void evaluate(const std::vector<Blob>& blobs, const Cells& cells, const Topology& topology,
-              const std::vector<double>& values, Field<T>& out);
+void evaluate(const std::vector<Blob>& blobs, const CellBasis& basis, const Cells& cells,
+              const Topology& topology, const std::vector<double>& values, Field<T>& out);
 
 }  // namespace vdb_diffuse

@@ -58,7 +58,7 @@ class BlobMethod : public ChannelSolver {
     const auto spread = [&](Field<float>& field) {
       std::vector<double> values;
       for (const Place& place : places) values.push_back(field.block(place.block)[place.voxel]);
-      evaluate(blobs_, cells_, medium_.topology(), values, field);
+      evaluate(blobs_, basis_, cells_, medium_.topology(), values, field);
     };
     for (Channels* fields : {&source.direct, &source.beam})
       for (Field<float>& field : *fields) spread(field);
@@ -79,7 +79,7 @@ class BlobMethod : public ChannelSolver {
                     std::vector<std::string>& warnings) override {
     BlobSolveReport solved;
     const std::vector<double> I = solver_->solve(projected(rhs.b), 0.01 * tolerance, solved);
-    evaluate(blobs_, cells_, medium_.topology(), I, x);
+    evaluate(blobs_, basis_, cells_, medium_.topology(), I, x);
     const double excess = closeEnergy(equation, rhs.b, x);
     report_.condition_number = std::max(report_.condition_number, solved.condition_number);
     if (equation.settings.walls && !equation.settings.walls->empty())
@@ -160,8 +160,7 @@ class BlobMethod : public ChannelSolver {
   std::vector<double> projected(const Field<float>& b) const {
     const std::vector<double> sums =
         sumOverCells(cells_, medium_.topology(), [&](size_t block, int n) { return b.block(block)[n]; });
-    if (settings_.form == BlobForm::kGalerkin)
-      return weighedByBlobs(basis_, cells_, blobs_.size(), sums);
+    if (settings_.form == BlobForm::kGalerkin) return weighedByBlobs(basis_, cells_, blobs_.size(), sums);
     std::vector<double> projection;
     for (const int32_t c : centreCells()) projection.push_back(sums[c] / cells_.volume[c]);
     return projection;

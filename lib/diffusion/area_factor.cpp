@@ -34,25 +34,19 @@ struct BitHalo {
   }
 };
 
-/// How many bits are set among the 2 kRadius + 1 of a ball's row, and the sum of their offsets from the
-/// middle.
-struct RowMoments {
-  std::array<int8_t, 1 << (2 * kRadius + 1)> count, moment;
-  RowMoments() {
-    for (int bits = 0; bits < static_cast<int>(count.size()); ++bits) {
-      count[bits] = moment[bits] = 0;
-      for (int i = 0; i <= 2 * kRadius; ++i)
-        if (bits >> i & 1) {
-          ++count[bits];
-          moment[bits] = static_cast<int8_t>(moment[bits] + i - kRadius);
-        }
-    }
-  }
-};
+/// Three sums in one number, each within -512..511.
+uint32_t packed(int x, int y, int z) {
+  return static_cast<uint32_t>(x) + (static_cast<uint32_t>(y) << 10) + (static_cast<uint32_t>(z) << 20);
+}
+int unpacked(uint32_t sums, int axis) {
+  return static_cast<int>((sums + packed(512, 512, 512)) >> 10 * axis & 1023) - 512;
+}
 
+/// A row of the ball along z, with the sums of the offsets from the ball's middle of the voxels in it that
+/// are active, by the row's 2 kRadius + 1 bits.
 struct BallRow {
-  int dx, dy;
-  uint32_t mask;  // the ball's extent along z
+  int dx = 0, dy = 0;
+  std::array<uint32_t, 1 << (2 * kRadius + 1)> moment{};
 };
 
 std::array<BallRow, 29> ballRows() {
@@ -60,12 +54,14 @@ std::array<BallRow, 29> ballRows() {
   size_t n = 0;
   for (int dx = -kRadius; dx <= kRadius; ++dx)
     for (int dy = -kRadius; dy <= kRadius; ++dy) {
-      const int left = kRadius * kRadius - dx * dx - dy * dy;
-      if (left < 0) continue;
-      const int reach = static_cast<int>(std::sqrt(static_cast<double>(left)));
-      uint32_t mask = 0;
-      for (int dz = -reach; dz <= reach; ++dz) mask |= 1u << (dz + kRadius);
-      rows[n++] = {dx, dy, mask};
+      if (dx * dx + dy * dy > kRadius * kRadius) continue;
+      BallRow& row = rows[n++];
+      row.dx = dx;
+      row.dy = dy;
+      for (uint32_t bits = 0; bits < row.moment.size(); ++bits)
+        for (int dz = -kRadius; dz <= kRadius; ++dz)
+          if (bits >> (dz + kRadius) & 1 && dx * dx + dy * dy + dz * dz <= kRadius * kRadius)
+            row.moment[bits] += packed(dx, dy, dz);
     }
   return rows;
 }
@@ -77,7 +73,6 @@ constexpr double kLeastMoment = 2;
 }  // namespace
 
 void areaFactors(const Topology& topology, const Vec3d& voxel_size, size_t block, float* a) {
-  static const RowMoments moments;
   static const std::array<BallRow, 29> ball = ballRows();
   std::fill_n(a, kBlockVoxels, 1.0f);
   const BitHalo bits(topology, block);
@@ -92,13 +87,10 @@ void areaFactors(const Topology& topology, const Vec3d& voxel_size, size_t block
       uint32_t open = (own & ~enclosed) >> kRadius & 0xff;
       for (; open; open &= open - 1) {
         const int z = __builtin_ctz(open);
-        int mx = 0, my = 0, mz = 0;
-        for (const BallRow& r : ball) {
-          const uint32_t seen = row[kRadius + r.dx][y + kRadius + r.dy] >> z & r.mask;
-          mx += r.dx * moments.count[seen];
-          my += r.dy * moments.count[seen];
-          mz += moments.moment[seen];
-        }
+        uint32_t sums = 0;
+        for (const BallRow& r : ball)
+          sums += r.moment[row[kRadius + r.dx][y + kRadius + r.dy] >> z & (r.moment.size() - 1)];
+        const int mx = unpacked(sums, 0), my = unpacked(sums, 1), mz = unpacked(sums, 2);
         if (mx * mx + my * my + mz * mz < kLeastMoment * kLeastMoment) continue;
         const double nx = std::abs(mx) * h / voxel_size[0], ny = std::abs(my) * h / voxel_size[1],
                      nz = std::abs(mz) * h / voxel_size[2];

@@ -65,7 +65,8 @@ TEST(Blobs, CollocationAsPrintedIsSingular) {
 TEST(BlobBasis, EvenLightIsEven) {
   const Case c;
   Field<float> field(c.medium.topology());
-  evaluate(c.blobs, c.cells, c.medium.topology(), std::vector<double>(c.blobs.size(), 3.0), field);
+  evaluate(c.blobs, basisOnCells(c.blobs, c.cells), c.cells, c.medium.topology(),
+           std::vector<double>(c.blobs.size(), 3.0), field);
   forEachVoxel(c.medium.topology(), [&](Coord, size_t i) { EXPECT_NEAR(field[i], 3, 1e-5); });
 }
 
@@ -74,7 +75,7 @@ TEST(BlobBasis, VoxelsAndPointsAgree) {
   std::vector<double> values;
   for (size_t i = 0; i < c.blobs.size(); ++i) values.push_back(hashed(Coord(static_cast<int>(i), 0, 0)));
   Field<double> field(c.medium.topology());
-  evaluate(c.blobs, c.cells, c.medium.topology(), values, field);
+  evaluate(c.blobs, basisOnCells(c.blobs, c.cells), c.cells, c.medium.topology(), values, field);
   forEachVoxel(c.medium.topology(), [&](Coord p, size_t i) {
     const BasisAt at = basisAt(c.blobs, c.cells.frame(p));
     double sum = 0;
@@ -106,7 +107,8 @@ TEST(BlobBasis, ACellOutOfReachBelongsToTheNearestBlob) {
   c.blobs.resize(2);
   for (Blob& blob : c.blobs) blob.sigma = 0.3;
   const CellBasis basis = basisOnCells(c.blobs, c.cells);
-  std::vector<double> held = weighedByBlobs(basis, c.cells, 2, {c.cells.volume.begin(), c.cells.volume.end()});
+  std::vector<double> held =
+      weighedByBlobs(basis, c.cells, 2, {c.cells.volume.begin(), c.cells.volume.end()});
   EXPECT_NEAR(held[0] + held[1], static_cast<double>(c.medium.topology().activeVoxelCount()), 1e-3);
   EXPECT_GT(std::min(held[0], held[1]), 1);
 }
