@@ -167,7 +167,10 @@ FaceLight lightThroughFaces(const Wavefront& wavefront, const Medium& medium, co
   return light;
 }
 
-constexpr int kReach = 4;  // of the ball over which light is summed, voxels
+/// Radius of the ball over which light is summed, voxels. With 4, 3, 2 and the square root of 2, diffusion
+/// alone is 9.9, 8.5, 6.5, 6.3 % off Monte Carlo in a fractal cloud of up to one optical depth a voxel,
+/// and 19.5, 16.9, 14.2, 14.0 % with eleven; in a smoother cloud of up to three 7.8, 7.9, 8.1, 8.3 %.
+constexpr int kReach = 2;
 constexpr int kSpan = kBlockWidth + 2 * kReach;
 
 /// The ball's half length along z, (dx, dy) from its middle; -1: outside.

@@ -13,7 +13,7 @@ namespace vdb_diffuse {
 /// Where a part beta of the light that leaves comes back, the two half-range fluxes of P1 give the resistance
 /// of a wall of albedo beta, 2 (1 + beta) / (1 - beta): the leak falls by x = (1 - beta) / (1 + beta). beta
 /// is measured with a few rays through the medium as it would glow by itself (a uniform source function),
-/// over the outer faces within four voxels. A smooth surface made of voxels returns light to itself too, at
+/// over the outer faces within two voxels. A smooth surface made of voxels returns light to itself too, at
 /// its steps, and that is in the area factor a already: there x is a at least, and for thicker voxels m = a /
 /// (2 - a) + (1 - a) / (1 + 1.5 tau), tau the optical depth of a voxel at the surface (the first term is
 /// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where the
