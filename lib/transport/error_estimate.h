@@ -13,8 +13,8 @@ namespace vdb_diffuse {
 ///     changed, so that delta q / (1 - q) is still to come;
 ///   - what no sweep mends: the sampling of directions and voxels, the light's shape inside a thick voxel,
 ///     and what the phase function loses beyond its second moment. Fitted to comparisons with Monte Carlo
-///     (tests/speed/accuracy.py): the error was within the estimate in 26 of 29 after one sweep, 23 of 27
-///     after two and all 26 after three, four and eight, and mostly half of it or less.
+///     (tests/speed/accuracy.py): the error was within the estimate in all 29 after one sweep, in 25 of 26
+///     after two, four and eight and in all after three, and mostly 0.6 of it or less.
 class ErrorEstimate {
  public:
   /// \param tau  mean optical depth of a voxel in the medium that is swept, weighted by density

@@ -9,6 +9,7 @@
 #include "medium/angular_basis.h"
 #include "surfaces/surface_light.h"
 #include "transport/error_estimate.h"
+#include "transport/mean_depth.h"
 #include "transport/source.h"
 #include "transport/voxel_slopes.h"
 
@@ -39,7 +40,53 @@ struct Light {
   double escaped = 0;
   bool converged = true;
   double relative_residual = 0;
+
+  explicit Light(const ChannelSolution& channel)
+      : I0(channel.I0),
+        flux(channel.flux),
+        escaped(channel.escaped),
+        converged(channel.converged),
+        relative_residual(channel.relative_residual) {}
+  void giveBackTo(ChannelSolution& channel) {
+    channel.I0 = std::move(I0);
+    channel.flux = std::move(flux);
+    channel.escaped = escaped;
+    channel.converged = converged;
+    channel.relative_residual = relative_residual;
+  }
 };
+
+/// Changes `light` by so many times what it has changed since `before`.
+template <typename T>
+void goOn(double times, const Field<T>& before, Field<T>& light) {
+  forEachBlock(before.blockCount(), [&](size_t b) {
+    for (int n = 0; n < kBlockVoxels; ++n) {
+      const double now = light.block(b)[n];
+      light.block(b)[n] = static_cast<T>(now + times * (now - before.block(b)[n]));
+    }
+  });
+}
+void goOn(double times, const Light& before, ChannelSolution& channel) {
+  if (times == 0) return;
+  goOn(times, before.I0, channel.I0);
+  for (int a = 0; a < 3; ++a) goOn(times, before.flux[a], channel.flux[a]);
+  channel.escaped += times * (channel.escaped - before.escaped);
+}
+
+/// What the steps to come would change, as a multiple of what one has changed. A correction knows the mean
+/// and the flux; what scatters forward keeps its second moments through collisions, and in thin voxels that
+/// part of the error falls slowly, by q a step. q is fitted to Monte Carlo (tests/speed/accuracy.py), and is
+/// the medium's alone, so that lights still add up. Of 13 forward scattering media and lights, the largest
+/// errors after two sweeps are 2.7, 2.3 and 2.1 % with this, and 3.7, 3.3 and 3.2 % without.
+///
+/// \param steps  that have been made with the same directions before this one
+double restOfSteps(const ChannelOptics& optics, const MeanDepth& depth, int steps) {
+  if (!optics.rescaled()) return 0;
+  constexpr double kThin = 0.6, kThick = 0.95;  // transport depths of a voxel
+  const double thin = std::clamp((kThick - depth.transport) / (kThick - kThin), 0.0, 1.0);
+  const double q = thin * (steps > 0 ? 1 : 0.7) * std::sqrt(optics.p2) * depth.albedo * depth.albedo;
+  return q / (1 - q);
+}
 
 /// Two sums, one over the other.
 struct Ratio {
@@ -83,8 +130,8 @@ class Refinement {
     }
     slopes_ = std::make_unique<VoxelSlopes>(channel, medium_);
     std::unique_ptr<SurfaceLight> around;
-    const double depth = meanDepth(medium_, e.optics).by_density;
-    ErrorEstimate estimate(depth, medium_.optics.g);
+    const MeanDepth depth = meanDepth(medium_, e.optics);
+    ErrorEstimate estimate(depth.by_density, medium_.optics.g);
     double last_change = HUGE_VAL;
     // What few directions bring to a ground they bring in spots, and take back from those.
     const int coarse_sweeps = reflects(*e.settings.surfaces, e.channel) ? 0 : transport_.coarse_sweeps;
@@ -100,16 +147,14 @@ class Refinement {
         // Without it the light between medium and ground would lag behind by one sweep.
         if (around && around->reflects()) sweepFrom(channel, 0, around.get());
       }
-      const Light before = depth > kThinVoxels && k > 0 ? Light{channel.I0, channel.flux, channel.escaped,
-                                                                channel.converged, channel.relative_residual}
-                                                        : Light();
+      // All steps of the same directions go on into what their like would still bring.
+      const bool may_be_last = k + 1 == coarse_sweeps || k + 1 == transport_.sweeps || transport_.error;
+      const double rest = k == coarse_sweeps && k > 0 ? 0 : restOfSteps(e.optics, depth, k);
+      std::optional<Light> before;
+      if ((depth.by_density > kThinVoxels && k > 0) || (may_be_last && rest > 0)) before.emplace(channel);
       const double change = step(channel, vectors, around.get());
-      if (!before.I0.empty() && !(change < last_change)) {
-        channel.I0 = before.I0;
-        channel.flux = before.flux;
-        channel.escaped = before.escaped;
-        channel.converged = before.converged;
-        channel.relative_residual = before.relative_residual;
+      if (before && k > 0 && !(change < last_change)) {
+        before->giveBackTo(channel);
         channel.warnings.push_back("sweeps no longer come nearer to each other after the first " +
                                    std::to_string(k) + "; the result is that of those");
         break;
@@ -117,7 +162,10 @@ class Refinement {
       last_change = change;
       channel.estimated_error = estimate.afterStep(change);
       ++channel.sweeps;
-      if (transport_.error && *channel.estimated_error <= *transport_.error) break;
+      const bool enough = transport_.error && *channel.estimated_error <= *transport_.error;
+      if (enough || k + 1 == coarse_sweeps || k + 1 == transport_.sweeps)
+        if (before) goOn(rest, *before, channel);
+      if (enough) break;
     }
   }
 
@@ -279,35 +327,6 @@ class Refinement {
 };
 
 }  // namespace
-
-MeanDepth meanDepth(const Medium& medium, const ChannelOptics& optics) {
-  const Topology& topology = medium.topology();
-  struct Sums {
-    double voxels = 0, density = 0, plain = 0, square = 0;
-    void operator+=(const Sums& o) {
-      voxels += o.voxels;
-      density += o.density;
-      plain += o.plain;
-      square += o.square;
-    }
-  };
-  const Sums sums = sumOverBlocks<Sums>(topology.blockCount(), [&](size_t b) {
-    Sums sum;
-    const float* rho = medium.density.values.block(b);
-    for (int n = 0; n < kBlockVoxels; ++n) {
-      const double part = optics.albedo_field ? optics.at(b, n).sigma_t_beam / optics.sigma_t_beam : 1;
-      const double met = part * rho[n];
-      sum.voxels += rho[n] > 0;
-      sum.density += rho[n];
-      sum.plain += met;
-      sum.square += met * rho[n];
-    }
-    return sum;
-  });
-  if (!(sums.density > 0 && optics.sigma_t_beam > 0)) return {};
-  const double per_density = optics.sigma_t_beam * medium.transform().meanVoxelSize();
-  return {per_density * sums.plain / sums.voxels, per_density * sums.square / sums.density};
-}
 
 std::function<void(ChannelSolution&)> transportRefinement(const Medium& medium,
                                                           const DiffuseSettings& settings,

@@ -20,12 +20,4 @@ std::function<void(ChannelSolution&)> transportRefinement(const Medium& medium,
                                                           const DiffuseSettings& settings,
                                                           const TransportSettings& transport);
 
-/// Optical depth of a voxel in the medium that is swept, the mean over those that are not empty or weighted
-/// by density.
-struct MeanDepth {
-  double plain = 0, by_density = 0;
-};
-
-MeanDepth meanDepth(const Medium& medium, const ChannelOptics& optics);
-
 }  // namespace vdb_diffuse

@@ -150,6 +150,20 @@ TEST(Illuminate, ForgetsTheModelThatItStartsFrom) {
             0.015);  // they start from 1.1, and see the light's slopes in the voxels a little differently
 }
 
+// Forward scattering in a thin medium settles slowly, step by step by the same part.
+TEST(Illuminate, StepsGoOnIntoWhatTheNextWouldBring) {
+  const Scene sun = sunScene(Vec3d(0.3, -0.5, -1));
+  Medium medium = ballMedium(8, 0.5);
+  setOptics(medium, 1, 1, 0.85);
+  const DiffuseResult settled = lit(medium, sun, 24);
+  const auto off = [&](int sweeps) {
+    return difference(medium.topology(), lit(medium, sun, sweeps).diffuse[0], settled.diffuse[0]);
+  };
+  const double start = off(0);
+  EXPECT_LT(off(2), 0.15 * start);   // 0.10; steps by themselves leave 0.26
+  EXPECT_LT(off(6), 0.003 * start);  // 0.0011, and 0.017
+}
+
 // In voxels of up to two optical depths. Thicker ones do not settle, nor do two optical depths in voxels that
 // all differ.
 TEST(Illuminate, SettlesInThinVoxels) {
