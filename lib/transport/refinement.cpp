@@ -84,7 +84,7 @@ double restOfSteps(const ChannelOptics& optics, const MeanDepth& depth, int step
   if (!optics.rescaled()) return 0;
   constexpr double kThin = 0.6, kThick = 0.95;  // transport depths of a voxel
   const double thin = std::clamp((kThick - depth.transport) / (kThick - kThin), 0.0, 1.0);
-  const double q = thin * (steps > 0 ? 1 : 0.7) * std::sqrt(optics.p2) * depth.albedo * depth.albedo;
+  const double q = thin * (steps > 0 ? 1 : 0.5) * std::sqrt(optics.p2) * depth.albedo * depth.albedo;
   return q / (1 - q);
 }
 
