@@ -23,6 +23,9 @@ class Multigrid {
   Multigrid(Multigrid&&) noexcept;
 
   const Operator& finest() const { return *levels_.front().A; }
+  /// Takes another operator for the finest level, of the same topology and not very different; the coarser
+  /// levels stay those of the first.
+  void exchangeFinest(std::shared_ptr<const Operator> finest) { levels_.front().A = std::move(finest); }
   /// z = V(r), one V-cycle for A z = r from z = 0.
   void precondition(const Field<float>& r, Field<float>& z);
   /// The same, and Az = A z; returns r.z and z.A z.

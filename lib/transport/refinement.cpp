@@ -194,10 +194,15 @@ class Refinement {
     return rays_by_directions_.emplace(directions, Rays{std::move(wavefront), std::move(cuts)}).first->second;
   }
 
+  void formSource(const ChannelSolution& channel, SweepSource& source) const {
+    VectorField slope;
+    formSweepSource(channel, medium_, slopes_->now(channel, medium_, slope), second_, source);
+  }
+
   /// A sweep of the light as it is; afterwards surfaces send out what it has brought them.
   SweepResult sweepFrom(const ChannelSolution& channel, size_t moments, SurfaceLight* surfaces) const {
     SweepSource source;
-    formSweepSource(channel, medium_, slopes_->now(channel, medium_), second_, source);
+    formSource(channel, source);
     const bool want_slope = slopes_->needsSwept();
     if (!surfaces) return sweep(rays_->wavefront, source, moments, want_slope);
     const Obstacles obstacles = surfaces->obstacles();
@@ -276,6 +281,7 @@ class Refinement {
   void setUpCorrection(ChannelSolution& channel) {
     const Equation& e = channel.equation;
     if (equation_ == &e && damped_) return;
+    damped_.reset();
     equation_ = correction_ = &e;
     multigrid_ = channel.multigrid;
     const Topology& topology = medium_.topology();
@@ -298,9 +304,13 @@ class Refinement {
     settings.most_resistance = most_resistance;
     settings.opening = opening;
     settings.least_returned = kLeastReturned;
+    const bool other_openings = damped_ && damped_->settings.most_resistance == most_resistance;
     damped_ = std::make_unique<Equation>(
         formEquation(medium_, equation_->optics, equation_->channel, settings_.model.model, settings));
-    damped_multigrid_ = std::make_unique<Multigrid>(damped_->A);
+    if (other_openings)
+      damped_multigrid_->exchangeFinest(damped_->A);
+    else
+      damped_multigrid_ = std::make_unique<Multigrid>(damped_->A);
     correction_ = damped_.get();
     multigrid_ = damped_multigrid_.get();
   }

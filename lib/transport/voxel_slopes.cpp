@@ -44,11 +44,14 @@ VoxelSlopes::VoxelSlopes(const ChannelSolution& channel, const Medium& medium) {
       count += sweptPart(static_cast<float>(extinctionAt(channel, b, n)) * rho[n]) > 0;
     return count;
   });
-  if (thick > 0) own_ = ofEquation(channel, medium);
+  of_equation_ = thick > 0;
+  if (of_equation_) own_ = ofEquation(channel, medium);
 }
 
-VectorField VoxelSlopes::now(const ChannelSolution& channel, const Medium& medium) const {
-  VectorField slope = ofEquation(channel, medium);
+const VectorField& VoxelSlopes::now(const ChannelSolution& channel, const Medium& medium,
+                                    VectorField& slope) const {
+  if (of_equation_) return own_;
+  slope = ofEquation(channel, medium);
   if (!needsSwept()) return slope;
   forEachBlock(medium.topology().blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
@@ -66,6 +69,7 @@ VectorField VoxelSlopes::now(const ChannelSolution& channel, const Medium& mediu
 
 void VoxelSlopes::update(const ChannelSolution& channel, const Medium& medium, const VectorField& swept,
                          const VectorField& correction) {
+  of_equation_ = false;
   forEachBlock(medium.topology().blockCount(), [&](size_t b) {
     const float* rho = medium.density.values.block(b);
     for (auto it = medium.topology().active(b).beginOn(); it; ++it) {

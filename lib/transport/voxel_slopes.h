@@ -18,14 +18,15 @@ class VoxelSlopes {
 
   /// Is there a voxel that takes the slope of a sweep?
   bool needsSwept() const { return !own_[0].empty(); }
-  /// For the light as it stands.
-  VectorField now(const ChannelSolution& channel, const Medium& medium) const;
+  /// For the light as it stands. \param slope  holds it, unless it is kept here
+  const VectorField& now(const ChannelSolution& channel, const Medium& medium, VectorField& slope) const;
   /// After a sweep. \param swept  its slopes  \param correction  those of the correction that followed
   void update(const ChannelSolution& channel, const Medium& medium, const VectorField& swept,
               const VectorField& correction);
 
  private:
-  VectorField own_;  // of the sweeps; empty where every voxel is thin
+  VectorField own_;           // of the sweeps; empty where every voxel is thin
+  bool of_equation_ = false;  // own_ is all the equation's: no sweep yet
 };
 
 }  // namespace vdb_diffuse

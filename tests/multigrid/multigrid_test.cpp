@@ -95,6 +95,33 @@ TEST(Multigrid, MatchesADenseCholeskySolution) {
   }
 }
 
+TEST(Multigrid, SolvesForAnotherFinestOperatorWithTheCoarseOnesOfTheFirst) {
+  Operator wider = randomNetwork(1e3);
+  const auto A = std::make_shared<const Operator>(wider);
+  forEachVoxel(*A->topology, [&](Coord p, size_t i) { wider.sink[i] *= hashed(p, 7) < 0.3 ? 1.5f : 1.0f; });
+  formDiagonal(wider);
+  const auto B = std::make_shared<const Operator>(wider);
+  Field<float> b(*A->topology);
+  forEachVoxel(*A->topology, [&](Coord p, size_t i) { b[i] = static_cast<float>(hashed(p, 4)); });
+  std::vector<size_t> index;
+  const std::vector<double> exact = denseSolution(*B, b, index);
+  const double largest = *std::max_element(exact.begin(), exact.end());
+  for (size_t direct_unknowns : {size_t(50), size_t(100000)}) {
+    CycleSettings cycle;
+    cycle.direct_unknowns = direct_unknowns;
+    Multigrid own(B, cycle), exchanged(A, cycle);
+    exchanged.exchangeFinest(B);
+    Field<double> x(*A->topology), y(*A->topology);
+    const SolveReport usual = solve(own, b, x, {1e-8, 0, 100, {}}),
+                      report = solve(exchanged, b, y, {1e-8, 0, 100, {}});
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.iterations, usual.iterations + 4);
+    double worst = 0;
+    for (size_t i = 0; i < index.size(); ++i) worst = std::max(worst, std::abs(y[index[i]] - exact[i]));
+    EXPECT_LT(worst, 1e-5 * largest);
+  }
+}
+
 SolveReport glowingBall(int width, size_t* levels = nullptr) {
   const double R = 5, h = 2 * R / width;
   Medium medium = ballMedium(R, h);

@@ -10,7 +10,8 @@ namespace {
 
 void formSource(const ChannelSolution& channel, const Medium& medium, const std::vector<Field<float>>& second,
                 SweepSource& source) {
-  formSweepSource(channel, medium, VoxelSlopes(channel, medium).now(channel, medium), second, source);
+  VectorField slope;
+  formSweepSource(channel, medium, VoxelSlopes(channel, medium).now(channel, medium, slope), second, source);
 }
 
 Medium box(double sigma_s, double sigma_a, double g, const Transform& transform = Transform::uniform(0.5)) {
