@@ -123,6 +123,7 @@ class Diffusion {
     const double cap = meanFreePathCap(settings_.model, medium_);
     equation_settings_.staircase = settings_.model.model == Model::kDefault;
     equation_settings_.profile = equation_settings_.staircase && !settings_.solver;
+    equation_settings_.diagonal = !settings_.solver;
     equation_settings_.cap = cap;
     equation_settings_.surfaces = &scene_.surfaces;
     equation_settings_.walls =

@@ -200,7 +200,7 @@ Equation formEquation(const Medium& medium, const ChannelOptics& optics, int cha
     throw InputError(
         "the medium absorbs nothing and no light can leave it (closed by surfaces of albedo 1): "
         "give it some absorption or an opening");
-  formDiagonal(*A);
+  if (settings.diagonal) formDiagonal(*A);
   return e;
 }
 

@@ -59,6 +59,7 @@ struct EquationSettings {
   double cap = 0;            ///< L, world units; infinity: none
   bool profile = true;       ///< of the light within voxels; otherwise values at centres
   double most_resistance = std::numeric_limits<double>::infinity();  ///< bound on r, in mean voxel sizes
+  bool diagonal = true;                            ///< form the operator's diagonal, which multigrid needs
   double opening = 1;                              ///< factor on the conductance of open faces
   std::shared_ptr<const Walls> walls;              ///< may be null
   const std::vector<Surface>* surfaces = nullptr;  ///< whose albedos the walls have
