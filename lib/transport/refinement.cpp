@@ -56,21 +56,27 @@ struct Light {
   }
 };
 
-/// Changes `light` by so many times what it has changed since `before`.
-template <typename T>
-void goOn(double times, const Field<T>& before, Field<T>& light) {
-  forEachBlock(before.blockCount(), [&](size_t b) {
-    for (int n = 0; n < kBlockVoxels; ++n) {
-      const double now = light.block(b)[n];
-      light.block(b)[n] = static_cast<T>(now + times * (now - before.block(b)[n]));
-    }
-  });
-}
+/// What is dark keeps at least this part of its light, as straight on would often be below zero: in a cloud
+/// of g 0.85, in 7,850 of 416,000 voxels instead of 1,807.
+constexpr double kLeastKept = 0.5;
+
+/// Changes the light by so many times what it has changed since `before`.
 void goOn(double times, const Light& before, ChannelSolution& channel) {
   if (times == 0) return;
-  goOn(times, before.I0, channel.I0);
-  for (int a = 0; a < 3; ++a) goOn(times, before.flux[a], channel.flux[a]);
-  channel.escaped += times * (channel.escaped - before.escaped);
+  const auto further = [times](double now, double then) { return now + times * (now - then); };
+  forEachBlock(before.I0.blockCount(), [&](size_t b) {
+    double* I0 = channel.I0.block(b);
+    for (int n = 0; n < kBlockVoxels; ++n) {
+      const double least = I0[n] > 0 ? kLeastKept * I0[n] : I0[n];
+      I0[n] = std::max(further(I0[n], before.I0.block(b)[n]), least);
+    }
+    for (int a = 0; a < 3 && !before.flux[a].empty(); ++a) {
+      float* flux = channel.flux[a].block(b);
+      for (int n = 0; n < kBlockVoxels; ++n)
+        flux[n] = static_cast<float>(further(flux[n], before.flux[a].block(b)[n]));
+    }
+  });
+  channel.escaped = further(channel.escaped, before.escaped);
 }
 
 /// What the steps to come would change, as a multiple of what one has changed. A correction knows the mean
