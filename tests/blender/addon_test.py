@@ -253,6 +253,37 @@ def testMediumOfOtherNodes():
     assert np.allclose(medium["sigma_s"], 1.5) and np.allclose(medium["sigma_a"], 0.3), medium
 
 
+def testMediaOfMixedColourAreRefused():
+    """Only what the bake can do is taken: one grid for all colours, and no colour of absorption beside it."""
+    from vdb_diffuse.errors import BakeError
+    from vdb_diffuse.medium import mediumOf
+    stage.emptyScene(1)
+
+    def told(colour_grids, absorption=0.0):
+        material = bpy.data.materials.new("mixed")
+        material.use_nodes = True
+        tree = material.node_tree
+        tree.nodes.clear()
+        both = tree.nodes.new("ShaderNodeAddShader")
+        for i, grid in enumerate(colour_grids):
+            node = tree.nodes.new("ShaderNodeVolumePrincipled")
+            node.inputs["Density Attribute"].default_value = "density"
+            node.inputs["Color Attribute"].default_value = grid
+            node.inputs["Absorption Color"].default_value = (absorption, absorption, absorption, 1)
+            tree.links.new(node.outputs[0], both.inputs[i])
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+        tree.links.new(both.outputs[0], output.inputs["Volume"])
+        try:
+            return mediumOf(material, print)
+        except BakeError as error:
+            return str(error)
+
+    assert told(("Cd", "Cd"))["albedo_grid"] == "Cd"
+    assert "one part's colour comes from a grid" in told(("Cd", ""))
+    assert "one part's colour comes from a grid" in told(("Cd", "soot"))
+    assert "has to be black" in told(("Cd", "Cd"), absorption=0.2)
+
+
 def testSequence():
     """Files 1 and 3 of 1 to 3: the gap is told, the others are baked, and Blender shows the right one."""
     folder = os.path.join(stage.FOLDER, "sequence")
