@@ -206,7 +206,7 @@ TEST(Bake, RealCloudsConvergeInAFewIterations) {
     EXPECT_EQ(baked.outcome.status, 0) << baked.outcome.error;
     EXPECT_LE(baked.stats["relative_residual"].get<double>(), 1e-4);
     EXPECT_LT(std::abs(baked.stats["energy"]["closure"].get<double>()), 10 * 1e-4);
-    EXPECT_LE(baked.stats["iterations"].get<int>(), 12) << name;
+    EXPECT_LE(baked.stats["iterations"].get<int>(), 14) << name;  // 10 and 7; 13 by another build's rounding
   }
 }
 
