@@ -164,6 +164,15 @@ TEST(Illuminate, StepsGoOnIntoWhatTheNextWouldBring) {
   EXPECT_LT(off(6), 0.003 * start);  // 0.0011, and 0.017
 }
 
+// Once at rest, changes are rounding and no longer fall: nothing to warn of.
+TEST(Illuminate, RestsInAThinMediumWithoutAWord) {
+  Medium medium = ballMedium(4, 0.5);
+  setOptics(medium, 0.5, 0.9, 0.85);
+  const DiffuseResult settled = lit(medium, sunScene(Vec3d(0.3, -0.5, -1)), 60);
+  EXPECT_EQ(settled.sweeps, 60);
+  EXPECT_TRUE(settled.warnings.empty()) << settled.warnings.front();
+}
+
 // In voxels of up to two optical depths. Thicker ones do not settle, nor do two optical depths in voxels that
 // all differ.
 TEST(Illuminate, SettlesInThinVoxels) {
