@@ -52,6 +52,7 @@ Lattice latticeOf(const Beam& beam, const Transform& transform, const Vec3d& mid
   lattice.length = transform.directionToWorld(d).length();
   const bool along_axis = d[lattice.u] == 0 && d[lattice.v] == 0;
   lattice.anchor = middle;
+  for (int a : {lattice.u, lattice.v}) lattice.anchor[a] += asideOf(d[a]);
   if (along_axis)
     for (int a = 0; a < 3; ++a) lattice.anchor[a] = std::floor(middle[a]);
   lattice.beam = beam;

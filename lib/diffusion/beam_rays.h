@@ -26,6 +26,14 @@ inline std::array<double, 2> placeOfRay(const Beam& beam, int i, int j) {
   return {(i + (j + beam.shift[0]) / n) / n - 0.5, (j + (i + beam.shift[1]) / n) / n - 0.5};
 }
 
+/// Of the rays, in voxels, toward where they go along an axis. A beam of simple slopes would else meet the
+/// edges of voxels, layer after layer, and pass between two opaque ones that touch there: of an oblique sun
+/// on steps of opaque voxels 4 to 6 % did.
+inline double asideOf(double direction) {
+  constexpr double kAside = 0.021;
+  return direction > 0 ? kAside : direction < 0 ? -kAside : 0;
+}
+
 /// Adds a beam to the first scatter of every voxel ray by ray, where surfaces may stand anywhere.
 ///
 /// Rays stand on a square lattice in the plane across the grid axis that the beam is nearest to, one voxel

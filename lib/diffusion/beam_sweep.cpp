@@ -180,8 +180,8 @@ class Passage {
         for (int j = 0; j < beam.rays; ++j) {
           Vec3d through = middle;
           const std::array<double, 2> place = placeOfRay(beam, i, j);
-          through[axes.u] += place[0];
-          through[axes.v] += place[1];
+          through[axes.u] += place[0] + asideOf(s[axes.u]);
+          through[axes.v] += place[1] + asideOf(s[axes.v]);
           result.push_back({s, 1, through});
           beam_of_.push_back(n);
         }
