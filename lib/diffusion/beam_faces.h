@@ -129,13 +129,11 @@ VDB_DIFFUSE_INLINE BeamFaces::Moments BeamFaces::moments(Row rho, const Row befo
     for (int a = 0; a < 3; ++a) {
       const float s = speed_[a];
       if (a == b) {
-        sum.lean[a] += all * (s * mean[1] - 0.5f * mean[0]);
-        sum.spread[a] += all * ((1.0f / 6) * mean[0] + s * (s * mean[2] - mean[1]));
+        sum.lean[a] += entry.even * (s * mean[1] - 0.5f * mean[0]);
+        sum.spread[a] += entry.even * ((1.0f / 6) * mean[0] + s * (s * mean[2] - mean[1]));
       } else {
-        const Row even = all - entry.edges[a];
-        sum.lean[a] += even * (0.5f * s) * mean[1] + entry.edges[a] * (s * first - 0.5f * mean[0]);
-        sum.spread[a] += even * (s / 3) * (s * mean[2] - 0.5f * mean[1]) +
-                         entry.edges[a] * ((1.0f / 6) * mean[0] + s * (s * second - first));
+        sum.lean[a] += entry.edges[a] * (s * first - 0.5f * mean[0]);
+        sum.spread[a] += entry.edges[a] * ((1.0f / 6) * mean[0] + s * (s * second - first));
       }
     }
   }

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "diffusion/corner_light.h"
+#include "diffusion/face_exchange.h"
 #include "diffusion/light_result.h"
 #include "diffusion/returned_light.h"
 #include "grid/error.h"
@@ -77,7 +79,8 @@ class Diffusion {
   EquationSettings equation_settings_;
   std::unique_ptr<Equation> equation_;  // of the channel at hand; kept while it serves the next too
   std::unique_ptr<Multigrid> multigrid_;
-  std::unique_ptr<const ReturnedLight> returned_;
+  std::unique_ptr<const FaceProbe> probe_;
+  std::unique_ptr<const FaceExchange> exchange_;  // of the equation; null where it does without
   /// What is said of all groups; seconds are of the work that serves all.
   double mean_free_path_cap_ = 0, seconds_setup_ = 0;
   size_t levels_ = 0;
@@ -143,18 +146,23 @@ class Diffusion {
     const double start = now();
     multigrid_.reset();
     const ChannelOptics optics = opticsOf(c);
+    double part = 0;  // of the light that leaves and comes back
     if (settings_.model.model == Model::kDefault) {
       if (settings_.progress) settings_.progress("surface", 0);
-      if (!returned_)
-        returned_ = std::make_unique<const ReturnedLight>(
-            medium_, occluder_, scene_.surfaces, *equation_settings_.walls,
-            settings_.solver ? settings_.solver->probe() : offPlanes());
+      if (!probe_)
+        probe_ =
+            std::make_unique<const FaceProbe>(medium_, occluder_, scene_.surfaces, *equation_settings_.walls,
+                                              settings_.solver ? settings_.solver->probe() : offPlanes());
       equation_settings_.returned =
-          std::make_shared<const Field<float>>(returned_->factors(optics, static_cast<int>(c)));
-      if (sharedOperator()) returned_.reset();
+          std::make_shared<const Field<float>>(returnedLight(*probe_, optics, static_cast<int>(c), &part));
     }
     equation_ = std::make_unique<Equation>(
         formEquation(medium_, optics, static_cast<int>(c), settings_.model.model, equation_settings_));
+    exchange_.reset();
+    if (probe_ && !settings_.solver)
+      if (const double share = FaceExchange::shareOf(medium_, optics); share > 0)
+        exchange_ = std::make_unique<const FaceExchange>(*probe_, *equation_, share, part);
+    if (!exchange_ && sharedOperator()) probe_.reset();
     if (equation_->floored_voxels > 0 && c == 0)
       warnings_.push_back(std::to_string(equation_->floored_voxels) +
                           " voxels are a vacuum to a solve without a mean-free-path cap: their diffusion "
@@ -162,7 +170,7 @@ class Diffusion {
     if (settings_.solver) {
       settings_.solver->setUp(*equation_);
     } else {
-      if (!settings_.refine)
+      if (!settings_.refine && !exchange_)
         equation_->settings.returned = equation_settings_.returned = nullptr;  // has served
       multigrid_ = std::make_unique<Multigrid>(equation_->A);
       levels_ = multigrid_->levelCount();
@@ -184,7 +192,13 @@ class Diffusion {
     if (optics.true_sigma_s == 0 && !beams.glow) return light.addDark();
     setUp(c);
     double start = now();
-    const RightHandSide rhs = formRightHandSide(*equation_, medium_, beams);
+    Field<float> gathered;
+    if (exchange_ && beams.shape) {
+      gathered = gatherCornerLight(*equation_, medium_, beams, exchange_->share());
+      beams.gathered = &gathered;
+    }
+    FaceValues heads, incoming;
+    RightHandSide rhs = formRightHandSide(*equation_, medium_, beams, exchange_ ? &heads : nullptr);
     if (!settings_.refine && !settings_.want_flux) {
       beams.shape = nullptr;
       beams.Q1_flux = nullptr;
@@ -192,7 +206,13 @@ class Diffusion {
     }
     const std::vector<Field<float>>* second =
         source.second_moments.empty() ? nullptr : &source.second_moments[c];
+    if (exchange_) beams.incoming = &incoming;
     ChannelSolution channel(*equation_, multigrid_.get(), beams, second, rhs, occluder_);
+    if (exchange_) {
+      solveSystem(channel, kLooserStart * settings_.tolerance, 0);
+      incoming = exchange_->incoming(beams, heads, channel.I0, settings_.progress);
+      addIncoming(*equation_, incoming, rhs);
+    }
     solveEquation(channel);
     light.seconds_solve += now() - start;
     if (settings_.refine) {
@@ -203,28 +223,30 @@ class Diffusion {
     light.add(c, optics, channel);
   }
 
-  void solveEquation(ChannelSolution& channel) {
-    const RightHandSide& rhs = channel.rhs;
+  void solveSystem(ChannelSolution& channel, double tolerance, double balance) {
     SolveSettings solving;
-    solving.tolerance = settings_.tolerance;
-    solving.balance = 10 * settings_.tolerance;
-    if (settings_.refine) {
-      solving.tolerance = std::min(kLooserStart * settings_.tolerance, 0.1);
-      solving.balance = 0;
-    }
+    solving.tolerance = std::min(tolerance, 0.1);
+    solving.balance = balance;
     solving.max_iterations = settings_.max_iterations;
     solving.progress = settings_.progress;
-    const SolveReport report =
-        settings_.solver
-            ? settings_.solver->solve(*equation_, rhs, settings_.tolerance, channel.I0, channel.warnings)
-            : solve(*multigrid_, rhs.b, channel.I0, solving);
-    channel.converged = report.converged;
-    channel.iterations = report.iterations;
+    const SolveReport report = settings_.solver
+                                   ? settings_.solver->solve(*equation_, channel.rhs, settings_.tolerance,
+                                                             channel.I0, channel.warnings)
+                                   : solve(*multigrid_, channel.rhs.b, channel.I0, solving);
+    channel.converged = channel.converged && report.converged;
+    channel.iterations += report.iterations;
     channel.relative_residual = report.relative_residual;
     if (!std::isfinite(report.relative_residual))
       throw InputError("densities, lights or voxels are so large or so small that 32-bit floats overflow");
+  }
+
+  void solveEquation(ChannelSolution& channel) {
+    if (settings_.refine)
+      solveSystem(channel, kLooserStart * settings_.tolerance, 0);
+    else
+      solveSystem(channel, settings_.tolerance, 10 * settings_.tolerance);
     meansOfSolution(*equation_, medium_, channel.I0);
-    channel.escaped = escapedThrough(*equation_, medium_, channel.I0) + rhs.drive_out;
+    channel.escaped = escapedThrough(*equation_, medium_, channel.I0) + channel.rhs.drive_out;
   }
 
   std::vector<DiffuseResult> finish() {

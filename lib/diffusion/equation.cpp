@@ -84,7 +84,7 @@ struct HeadFlow {
 
 /// Flow along an axis through the faces below and above each voxel of a block, together.
 VDB_DIFFUSE_KERNEL void flowOfBlock(const Equation& e, const Field<double>& I0, const FaceHeads* heads,
-                                    int axis, size_t b, float* flow) {
+                                    const FaceValues* incoming, int axis, size_t b, float* flow) {
   const Topology& topology = *e.A->topology;
   BlockFaces g;
   Halo<double> u;
@@ -113,19 +113,22 @@ VDB_DIFFUSE_KERNEL void flowOfBlock(const Equation& e, const Field<double>& I0, 
         storeRow(out, loadRow(out) + (sent.below(below, axis, x, y) + sent.above(above, axis, x, y)));
       }
   }
-  for (const OpenFace& face : e.open[b]) {
+  for (size_t k = 0; k < e.open[b].size(); ++k) {
+    const OpenFace& face = e.open[b][k];
     if (face.face / 2 != axis) continue;
     const int n = face.voxel;
     const bool up = face.face % 2;
     double value = I0.block(b)[n];
     if (heads) value += (up ? heads->upper : heads->lower).block(b)[n];
+    if (incoming) value -= (*incoming)[b][k];
     flow[n] += static_cast<float>((up ? face.g : -face.g) * value);
   }
 }
 
 /// Adds to b what heads send through the faces along an axis; returns what they send out.
+/// \param at_faces  out: the heads of the block's open faces along the axis; may be null
 VDB_DIFFUSE_KERNEL double addHeadsOfBlock(const Equation& e, const FaceHeads& heads, int axis, size_t b,
-                                          float* out) {
+                                          float* out, float* at_faces) {
   const Topology& topology = *e.A->topology;
   BlockFaces g;
   loadFaces(*e.A, b, g);
@@ -137,9 +140,12 @@ VDB_DIFFUSE_KERNEL double addHeadsOfBlock(const Equation& e, const FaceHeads& he
       storeRow(to, loadRow(to) + (sent.below(below, axis, x, y) - sent.above(above, axis, x, y)));
     }
   double sum = 0;
-  for (const OpenFace& face : e.open[b]) {
+  for (size_t k = 0; k < e.open[b].size(); ++k) {
+    const OpenFace& face = e.open[b][k];
     if (face.face / 2 != axis) continue;
-    const double outward = face.g * (face.face % 2 ? heads.upper : heads.lower).block(b)[face.voxel];
+    const float head = (face.face % 2 ? heads.upper : heads.lower).block(b)[face.voxel];
+    const double outward = face.g * head;
+    if (at_faces) at_faces[k] = head;
     sum += outward;
     out[face.voxel] -= static_cast<float>(outward);
   }
@@ -235,7 +241,8 @@ double escapedThrough(const Equation& e, const Medium& medium, const Field<T>& I
 template double escapedThrough(const Equation&, const Medium&, const Field<float>&);
 template double escapedThrough(const Equation&, const Medium&, const Field<double>&);
 
-RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const BeamSource& beams) {
+RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const BeamSource& beams,
+                                FaceValues* at_faces) {
   const Topology& topology = *e.A->topology;
   struct Sums {
     double scattered = 0, emitted = 0;
@@ -250,13 +257,15 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
     Sums sum;
     const float *rho = medium.density.values.block(b), *q0 = beams.Q0->block(b);
     const float* glow = beams.glow ? beams.glow->block(b) : nullptr;
+    const float* gathered = beams.gathered ? beams.gathered->block(b) : nullptr;
     float* out = rhs.b.block(b);
     for (auto it = topology.active(b).beginOn(); it; ++it) {
       const int n = static_cast<int>(it.pos());
       const ChannelOptics there = e.optics.at(b, n);
       const double tau_s = there.source_sigma * e.h * beams.scale;
       const double tau_a = there.sigma_a * e.h * medium.optics.emission_scale * beams.scale;
-      const double scattered = tau_s * rho[n] * q0[n], emitted = glow ? tau_a * rho[n] * glow[n] : 0;
+      const double scattered = tau_s * rho[n] * q0[n] * (gathered ? gathered[n] : 1),
+                   emitted = glow ? tau_a * rho[n] * glow[n] : 0;
       sum.scattered += scattered;
       sum.emitted += emitted;
       out[n] = static_cast<float>(scattered + emitted);
@@ -264,15 +273,32 @@ RightHandSide formRightHandSide(const Equation& e, const Medium& medium, const B
     return sum;
   });
   const bool has_heads = e.settings.profile || beams.Q1_flux;
+  if (at_faces) {
+    at_faces->resize(topology.blockCount());
+    for (size_t b = 0; b < topology.blockCount(); ++b) (*at_faces)[b].assign(e.open[b].size(), 0);
+  }
   FaceHeads heads;
   for (int axis = 0; axis < 3 && has_heads; ++axis) {
     formFaceHeads(e, medium, beams, nullptr, axis, heads);
-    rhs.drive_out += sumOverBlocks<double>(
-        topology.blockCount(), [&](size_t b) { return addHeadsOfBlock(e, heads, axis, b, rhs.b.block(b)); });
+    rhs.drive_out += sumOverBlocks<double>(topology.blockCount(), [&](size_t b) {
+      return addHeadsOfBlock(e, heads, axis, b, rhs.b.block(b), at_faces ? (*at_faces)[b].data() : nullptr);
+    });
   }
   rhs.scattered_in = sums.scattered;
   rhs.emitted = sums.emitted;
   return rhs;
+}
+
+void addIncoming(const Equation& e, const FaceValues& incoming, RightHandSide& rhs) {
+  rhs.drive_out -= sumOverBlocks<double>(e.open.size(), [&](size_t b) {
+    double sum = 0;
+    for (size_t k = 0; k < e.open[b].size(); ++k) {
+      const double enters = e.open[b][k].g * incoming[b][k];
+      rhs.b.block(b)[e.open[b][k].voxel] += static_cast<float>(enters);
+      sum += enters;
+    }
+    return sum;
+  });
 }
 
 void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>& I0, const BeamSource& beams,
@@ -285,7 +311,7 @@ void diffusiveFlux(const Equation& e, const Medium& medium, const Field<double>&
     const double s = e.stretch[axis];  // conductances are per volume: times s is per area
     forEachBlock(topology.blockCount(), [&](size_t b) {
       alignas(64) float flow[kBlockVoxels];  // through both faces together
-      flowOfBlock(e, I0, has_heads ? &heads : nullptr, axis, b, flow);
+      flowOfBlock(e, I0, has_heads ? &heads : nullptr, beams.incoming, axis, b, flow);
       if (flux) {
         float* out = (*flux)[axis].block(b);
         for (int n = 0; n < kBlockVoxels; ++n) out[n] = static_cast<float>(0.5 * s) * flow[n];

@@ -72,6 +72,9 @@ struct OpenFace {
   float g;         ///< conductance; 0 where a wall lets nothing pass
 };
 
+/// One for each of an equation's open faces, by block.
+using FaceValues = std::vector<std::vector<float>>;
+
 /// The left-hand side for one channel of a medium; what the right-hand side needs is kept with it.
 struct Equation {
   std::shared_ptr<const Operator> A;  ///< on a times the mean; its half resistances are r_odd
@@ -106,6 +109,11 @@ struct BeamSource {
   const BeamShape* shape = nullptr;    ///< where in the voxels they are; null: even
   const Field<float>* glow = nullptr;  ///< radiance that the medium sends out itself; null: none
   double scale = 1;                    ///< factor on everything, a power of two; solutions have it already
+  const Field<float>* gathered =
+      nullptr;  ///< factor on what scatters in a voxel, see corner_light.h; null: 1
+  /// Radiance that comes in at the open faces, beyond what the factors of returned light stand for; has the
+  /// scale already. Null: none.
+  const FaceValues* incoming = nullptr;
 };
 
 struct RightHandSide {
@@ -114,7 +122,10 @@ struct RightHandSide {
   double drive_out = 0;                  ///< flux that the sources alone send out through open faces, summed
 };
 
-RightHandSide formRightHandSide(const Equation& equation, const Medium& medium, const BeamSource& beams);
+/// Without `incoming`. \param heads  out: what sources add on the way to each open face; may be null
+RightHandSide formRightHandSide(const Equation& equation, const Medium& medium, const BeamSource& beams,
+                                FaceValues* heads = nullptr);
+void addIncoming(const Equation& equation, const FaceValues& incoming, RightHandSide& rhs);
 
 /// From the solution of the linear system to the means over the voxels, in place.
 void meansOfSolution(const Equation& equation, const Medium& medium, Field<double>& x);

@@ -77,7 +77,7 @@ VDB_DIFFUSE_INLINE HeadPair<T> headsOf(const HeadFactors& f, const ProfileTerms<
 
 /// Fields of a block; null where there is none.
 struct BlockDrive {
-  const float *rho, *albedo, *share, *Q0, *Q, *flux, *lean, *spread[3];
+  const float *rho, *albedo, *share, *gathered, *Q0, *Q, *flux, *lean, *spread[3];
   const double* mean;
 };
 
@@ -108,6 +108,7 @@ VDB_DIFFUSE_INLINE void headsOfRows(const Equation& e, const HeadFactors& f, con
       continue;
     }
     const Row rho = loadRow(block.rho + n);
+    const Row gathered = block.gathered ? loadRow(block.gathered + n) : Row{} + 1;
     Row scattering = rho, lost{}, depth = rho * tau_tr, absorbing = rho * tau_a;
     if constexpr (kVaries) {
       scattering = rho * loadRow(block.albedo + n);
@@ -125,17 +126,17 @@ VDB_DIFFUSE_INLINE void headsOfRows(const Equation& e, const HeadFactors& f, con
       const Row thin = profiled ? k2 : Row{};  // without a profile k^2 may be anything
       const ProfileTerms<Row> profile{r, thinOneLessA<float>(thin), thinEven<float>(thin), Row{} + 1,
                                       Row{} + 1};
-      const VoxelDrive<Row> drive{
-          rho,
-          scattering,
-          lost,
-          loadRow(block.share + n),
-          rowOf(block.Q0, n),
-          rowOf(block.Q, n),
-          rowOf(block.flux, n),
-          rowOf(block.lean, n),
-          {rowOf(block.spread[0], n), rowOf(block.spread[1], n), rowOf(block.spread[2], n)},
-          rowOf(profiled ? block.mean : nullptr, n)};
+      const VoxelDrive<Row> drive{rho,
+                                  scattering,
+                                  lost,
+                                  loadRow(block.share + n),
+                                  gathered * rowOf(block.Q0, n),
+                                  rowOf(block.Q, n),
+                                  rowOf(block.flux, n),
+                                  gathered * rowOf(block.lean, n),
+                                  {gathered * rowOf(block.spread[0], n), gathered * rowOf(block.spread[1], n),
+                                   gathered * rowOf(block.spread[2], n)},
+                                  rowOf(profiled ? block.mean : nullptr, n)};
       heads = headsOf<kVaries, Row, float>(f, profile, drive);
     } else {
       for (int z = 0; z < 8; ++z) {
@@ -152,11 +153,12 @@ VDB_DIFFUSE_INLINE void headsOfRows(const Equation& e, const HeadFactors& f, con
                                        scattering[z],
                                        lost[z],
                                        block.share[n + z],
-                                       at(block.Q0),
+                                       gathered[z] * at(block.Q0),
                                        at(block.Q),
                                        at(block.flux),
-                                       at(block.lean),
-                                       {at(block.spread[0]), at(block.spread[1]), at(block.spread[2])},
+                                       gathered[z] * at(block.lean),
+                                       {gathered[z] * at(block.spread[0]), gathered[z] * at(block.spread[1]),
+                                        gathered[z] * at(block.spread[2])},
                                        at(block.mean)};
         const HeadPair<double> pair = headsOf<kVaries, double, double>(f, profile, drive);
         heads.upper[z] = static_cast<float>(pair.upper);
@@ -199,6 +201,7 @@ void formFaceHeads(const Equation& e, const Medium& medium, const BeamSource& be
     block.rho = medium.density.values.block(b);
     block.share = shares.along(axis);
     if (beams.Q0) block.Q0 = beams.Q0->block(b);
+    if (beams.gathered) block.gathered = beams.gathered->block(b);
     if (e.optics.albedo_field) block.albedo = e.optics.albedo_field->block(b);
     if (emission != 0) block.Q = beams.glow->block(b);
     if (beams.Q1_flux) block.flux = (*beams.Q1_flux)[axis].block(b);

@@ -1,8 +1,6 @@
 #pragma once
 
-#include "diffusion/model.h"
-#include "diffusion/walls.h"
-#include "surfaces/surface_cuts.h"
+#include "diffusion/face_probe.h"
 
 namespace vdb_diffuse {
 
@@ -18,32 +16,15 @@ namespace vdb_diffuse {
 /// (2 - a) + (1 - a) / (1 + 1.5 tau), tau the optical depth of a voxel at the surface (the first term is
 /// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where the
 /// mean factor stays above 0.9).
-///
-/// Surfaces stop the probe's rays, and what reaches one that reflects is thrown back in a second pass: a
-/// bright ground makes the outer faces of a cloud above it leak less. Faces with a wall of their own in the
-/// equation do not count.
-class ReturnedLight {
- public:
-  /// All but the directions must outlive the object.
-  /// \param probe  of the rays; with half as many, offPlanesInRings, setting up a million voxels took 0.84 of
-  /// the time, and the errors of diffusion alone, 1 to 20 % over 31 volumes and lights, changed by 0.1 % in
-  /// the middle and 0.6 % at most
-  ReturnedLight(const Medium& medium, const Occluder& occluder, const std::vector<Surface>& surfaces,
-                const Walls& walls, const DirectionSet& probe = offPlanes());
-
-  /// \param optics  of the equation's medium
-  /// \param channel  of the surfaces' albedos
-  /// \return the factor min(1, x / min(a, m)) on the area factors, in (0, 1]; 1 where a voxel has no outer
-  /// face
-  Field<float> factors(const ChannelOptics& optics, int channel) const;
-
- private:
-  const Medium& medium_;
-  const std::vector<Surface>& surfaces_;
-  const Walls& walls_;
-  const Vec3d stretch_;
-  const Wavefront wavefront_;
-  const SurfaceCuts cuts_;
-};
+/// A bright ground that the probe's rays meet makes the outer faces of a cloud above it leak less.
+/// \param probe  with half as many directions, offPlanesInRings, setting up a million voxels took 0.84 of the
+/// time, and the errors of diffusion alone, 1 to 20 % over 31 volumes and lights, changed by 0.1 % in the
+/// middle and 0.6 % at most
+/// \param optics  of the equation's medium
+/// \param channel  of the surfaces' albedos
+/// \param part  out: beta of all faces together; may be null
+/// \return the factor min(1, x / min(a, m)) on the area factors, in (0, 1]; 1 where a voxel has no outer face
+Field<float> returnedLight(const FaceProbe& probe, const ChannelOptics& optics, int channel,
+                           double* part = nullptr);
 
 }  // namespace vdb_diffuse

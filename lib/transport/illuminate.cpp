@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "transport/mean_depth.h"
+#include "diffusion/mean_depth.h"
 #include "transport/tints.h"
 
 namespace vdb_diffuse {

@@ -7,10 +7,10 @@
 #include <memory>
 #include <optional>
 
+#include "diffusion/mean_depth.h"
 #include "medium/angular_basis.h"
 #include "surfaces/surface_light.h"
 #include "transport/error_estimate.h"
-#include "transport/mean_depth.h"
 #include "transport/source.h"
 #include "transport/voxel_slopes.h"
 

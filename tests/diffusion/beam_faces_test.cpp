@@ -44,7 +44,8 @@ TEST(BeamFaces, BelowAFlatFaceVoxelsHoldTheDecay) {
       }
 }
 
-/// Moments of light that comes evenly through the faces toward it, by many chords of the voxel.
+/// Moments of light that comes evenly through the faces toward it, by many chords of the voxel; each along
+/// the axis by which it comes.
 void countChords(const Vec3d& d, double extinction, double lean[3], double spread[3]) {
   constexpr int kSteps = 60;
   double light = 0;
@@ -60,12 +61,9 @@ void countChords(const Vec3d& d, double extinction, double lean[3], double sprea
       const DecayMoments decay = decayMoments(extinction * chord);
       const double part = std::abs(d[face]) * chord;
       light += part * decay.m0;
-      for (int a = 0; a < 3; ++a) {
-        const double step = d[a] * chord;
-        lean[a] += part * (p[a] * decay.m0 + step * decay.m1);
-        spread[a] +=
-            part * ((p[a] * p[a] - 1. / 12) * decay.m0 + 2 * p[a] * step * decay.m1 + step * step * decay.m2);
-      }
+      const double x = p[face], step = d[face] * chord;
+      lean[face] += part * (x * decay.m0 + step * decay.m1);
+      spread[face] += part * ((x * x - 1. / 12) * decay.m0 + 2 * x * step * decay.m1 + step * step * decay.m2);
     }
   for (int a = 0; a < 3; ++a) {
     lean[a] /= light;

@@ -18,7 +18,7 @@ Returned returned(const Medium& medium, double extinction, const std::vector<Sur
   const Walls walls;
   ChannelOptics optics;
   optics.sigma_t_beam = extinction;
-  Returned r{ReturnedLight(medium, occluder, surfaces, walls).factors(optics, 0)};
+  Returned r{returnedLight(FaceProbe(medium, occluder, surfaces, walls, offPlanes()), optics, 0)};
   double count = 0;
   forEachVoxel(medium.topology(), [&](Coord p, size_t i) {
     EXPECT_TRUE(r.factor[i] > 0.01f && r.factor[i] <= 1) << p;  // beta is at most 0.98

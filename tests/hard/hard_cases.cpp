@@ -168,7 +168,7 @@ void addDensities(std::vector<HardCase>& cases) {
   };
   add("uniform, for comparison", constant(1));
   add("density 1e-12 .. 1e12", logUniform(-12, 12), true, 0.02);
-  add("density 1e-6 .. 1e6", logUniform(-6, 6), false, 1e-3);
+  add("density 1e-6 .. 1e6", logUniform(-6, 6), false, 5e-3);
   add("log-normal over 10^(+-6)", logNormal(6), true);
   add(
       "density 0 in an active cavity",

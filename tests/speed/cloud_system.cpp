@@ -16,7 +16,8 @@ double CloudSystem::fill() const {
 Field<float> returnedLight(const Medium& medium, const ChannelOptics& optics) {
   const std::vector<Surface> none;
   const Occluder nothing(none);
-  return ReturnedLight(medium, nothing, none, Walls()).factors(optics, 0);
+  const Walls no_walls;
+  return returnedLight(FaceProbe(medium, nothing, none, no_walls, offPlanes()), optics, 0);
 }
 
 CloudSystem makeCloudSystem(size_t voxels, bool raw) {

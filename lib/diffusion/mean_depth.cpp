@@ -1,4 +1,4 @@
-#include "transport/mean_depth.h"
+#include "diffusion/mean_depth.h"
 
 namespace vdb_diffuse {
 

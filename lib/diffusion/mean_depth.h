@@ -4,7 +4,7 @@
 
 namespace vdb_diffuse {
 
-/// Optical depth of a voxel in the medium that is swept, the mean over those that are not empty or weighted
+/// Optical depth of a voxel, by sigma_t_beam: the mean over those that are not empty or weighted
 /// by density; as well weighted, its depth by sigma_tr, and the part of its optical depth that scatters.
 struct MeanDepth {
   double plain = 0, by_density = 0, transport = 0, albedo = 0;
