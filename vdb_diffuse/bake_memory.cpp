@@ -1,4 +1,5 @@
 #include "bake.h"
+#include "diffusion/mean_depth.h"
 #include "io/free_memory.h"
 #include "medium/coarse_medium.h"
 
@@ -7,17 +8,29 @@ namespace vdb_diffuse {
 double bakeBytes(const BakeFlags& flags, const Medium& medium) {
   const bool flux = flags.wants("flux"), sweeps = sweepsOf(flags) > 0;
   const bool anisotropic = medium.optics.g != 0;
-  const double per_channel =
-      2 + (medium.optics.g > 0 ? 1 : 0) + (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
+  // of the densest channel, unless the model is told to do without
+  ChannelOptics optics = channelOptics(medium, 0, Model::kDefault);
+  for (int c = 1; c < 3; ++c)
+    if (channelOptics(medium, c, Model::kDefault).sigma_t_beam > optics.sigma_t_beam)
+      optics = channelOptics(medium, c, Model::kDefault);
+  const bool thick = flags.model == "default" && mostDepth(medium, optics) > kThinVoxel;
+  constexpr double kShape =
+      6;  // where in its voxels a beam scatters; given back before a solve without sweeps
+  const double per_channel = (thick && (sweeps || flux) ? kShape : 0) + 2 + (medium.optics.g > 0 ? 1 : 0) +
+                             (anisotropic || flux ? 3 : 0) + (flux ? 3 : 0);
   constexpr double kSolve =
       13;  // r, p, q, z, w, b, x in double, operator of the finest level and the coarse ones
   constexpr double kSweep = 16;    // depth, source and its slopes, mean, divergence, correction and its solve
+  constexpr double kSlopes = 6;    // of light that sweeps find in thick voxels
+  constexpr double kThick = 4;     // for the right-hand side, and for what faces send each other
   constexpr double kMoments = 25;  // of source, light and beams
   // the density that rescaled beams meet
   const double beam_density =
       medium.optics.g > 0 && !medium.albedo.empty() ? (medium.greyOptics() ? 1 : 3) : 0;
   const double fields = 1 + medium.emission.size() + medium.albedo.size() + beam_density + 3 * per_channel +
-                        (flux ? 6 : 0) + kSolve + (sweeps ? kSweep + (anisotropic ? kMoments : 0) : 0);
+                        (flux ? 6 : 0) + kSolve +
+                        (sweeps ? kSweep + (anisotropic ? kMoments : 0) + (thick ? kSlopes : 0) : 0) +
+                        (thick ? kThick : 0);
   return fields * sizeof(float) * kBlockVoxels * medium.topology().blockCount();
 }
 

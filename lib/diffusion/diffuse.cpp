@@ -7,6 +7,7 @@
 #include "diffusion/corner_light.h"
 #include "diffusion/face_exchange.h"
 #include "diffusion/light_result.h"
+#include "diffusion/mean_depth.h"
 #include "diffusion/returned_light.h"
 #include "grid/error.h"
 #include "scene/colour.h"
@@ -48,9 +49,6 @@ double normalisation(const Channels& direct, const Field<float>* glow, const Med
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest)) : 1;
 }
 
-/// Voxels of at most this optical depth scatter a beam evenly; in thicker ones the equation asks where.
-constexpr double kThinVoxel = 0.3;
-
 /// On the tolerance of a solve that sweeps start from: each makes the light anew, and what is left of the
 /// start's residual goes the way of the model's error. With 1e-4, a cloud of 3 optical depths a voxel was
 /// 0.011 % RMS from what 1e-6 gives after one sweep and 0.008 % after two.
@@ -88,19 +86,6 @@ class Diffusion {
 
   const Topology& topology() const { return medium_.topology(); }
 
-  /// Does any voxel have so many optical depths that the equation must know where in it light scatters?
-  bool hasThickVoxels(const ChannelOptics& optics) const {
-    double most = 0;
-    for (size_t b = 0; b < topology().blockCount(); ++b) {
-      const float* rho = medium_.density.values.block(b);
-      if (optics.albedo_field)
-        for (int n = 0; n < kBlockVoxels; ++n) most = std::max(most, rho[n] * optics.at(b, n).sigma_t_beam);
-      else
-        most = std::max(most, *std::max_element(rho, rho + kBlockVoxels) * optics.sigma_t_beam);
-    }
-    return most * medium_.transform().meanVoxelSize() > kThinVoxel;
-  }
-
   ChannelOptics opticsOf(size_t c) const {
     return channelOptics(medium_, static_cast<int>(c), settings_.model.model, settings_.source.phase_order);
   }
@@ -113,7 +98,7 @@ class Diffusion {
     first.want_shape = false;
     if (settings_.model.model == Model::kDefault)
       for (size_t c = 0; c < (medium_.greyOptics() ? 1 : 3) && !first.want_shape; ++c)
-        first.want_shape = hasThickVoxels(opticsOf(c));
+        first.want_shape = mostDepth(medium_, opticsOf(c)) > kThinVoxel;
     first.progress = settings_.progress;
     FirstScatter source = settings_.solver
                               ? settings_.solver->light(scene_, occluder_, settings_.model.model, first)
@@ -184,7 +169,7 @@ class Diffusion {
     BeamSource beams;
     beams.Q0 = &source.sourceOf(c);
     if (!source.beam_flux.empty()) beams.Q1_flux = &source.beam_flux[c];
-    if (!source.shape.empty() && hasThickVoxels(optics)) beams.shape = &source.shape[c];
+    if (!source.shape.empty() && mostDepth(medium_, optics) > kThinVoxel) beams.shape = &source.shape[c];
     if (light.emission() && !medium_.emission.empty() && optics.absorbs() &&
         medium_.optics.emission_scale != 0)
       beams.glow = &medium_.emissionIn(static_cast<int>(c));

@@ -1,5 +1,7 @@
 #include "diffusion/mean_depth.h"
 
+#include <algorithm>
+
 namespace vdb_diffuse {
 
 MeanDepth meanDepth(const Medium& medium, const ChannelOptics& optics) {
@@ -34,6 +36,23 @@ MeanDepth meanDepth(const Medium& medium, const ChannelOptics& optics) {
   const double h = medium.transform().meanVoxelSize();
   return {h * sums.plain / sums.voxels, h * sums.square / sums.density, h * sums.transport / sums.density,
           sums.scattering / sums.square};
+}
+
+double mostDepth(const Medium& medium, const ChannelOptics& optics) {
+  struct Most {
+    double depth = 0;
+    void operator+=(const Most& o) { depth = std::max(depth, o.depth); }
+  };
+  const Most most = sumOverBlocks<Most>(medium.topology().blockCount(), [&](size_t b) {
+    Most m;
+    const float* rho = medium.density.values.block(b);
+    if (optics.albedo_field)
+      for (int n = 0; n < kBlockVoxels; ++n) m += {rho[n] * optics.at(b, n).sigma_t_beam};
+    else
+      m += {*std::max_element(rho, rho + kBlockVoxels) * optics.sigma_t_beam};
+    return m;
+  });
+  return most.depth * medium.transform().meanVoxelSize();
 }
 
 }  // namespace vdb_diffuse

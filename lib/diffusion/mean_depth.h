@@ -11,5 +11,10 @@ struct MeanDepth {
 };
 
 MeanDepth meanDepth(const Medium& medium, const ChannelOptics& optics);
+/// Of the densest voxel, by sigma_t_beam.
+double mostDepth(const Medium& medium, const ChannelOptics& optics);
+
+/// Voxels of at most this optical depth scatter a beam evenly; in thicker ones the equation asks where.
+constexpr double kThinVoxel = 0.3;
 
 }  // namespace vdb_diffuse
