@@ -63,7 +63,8 @@ void countChords(const Vec3d& d, double extinction, double lean[3], double sprea
       light += part * decay.m0;
       const double x = p[face], step = d[face] * chord;
       lean[face] += part * (x * decay.m0 + step * decay.m1);
-      spread[face] += part * ((x * x - 1. / 12) * decay.m0 + 2 * x * step * decay.m1 + step * step * decay.m2);
+      spread[face] +=
+          part * ((x * x - 1. / 12) * decay.m0 + 2 * x * step * decay.m1 + step * step * decay.m2);
     }
   for (int a = 0; a < 3; ++a) {
     lean[a] /= light;
