@@ -16,8 +16,9 @@ namespace vdb_diffuse {
 ///
 ///     4 E - 2 J (1/F - 1)
 ///
-/// coming in at the face. All of it is linear in the light. From a thin voxel rays bring what its source
-/// function sends, and from others a mean of both.
+/// coming in at the face. All of it is linear in the light, but for a bound that only densities meet which
+/// are random over many orders of magnitude. From a thin voxel rays bring what its source function sends, and
+/// from others a mean of both.
 class FaceExchange {
  public:
   /// \param optics  of the equation's medium

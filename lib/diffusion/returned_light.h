@@ -16,7 +16,9 @@ namespace vdb_diffuse {
 /// (2 - a) + (1 - a) / (1 + 1.5 tau), tau the optical depth of a voxel at the surface (the first term is
 /// exact for opaque voxels; the second was fitted to balls of 0.07 to 2.2 optical depths a voxel, where the
 /// mean factor stays above 0.9).
+///
 /// A bright ground that the probe's rays meet makes the outer faces of a cloud above it leak less.
+///
 /// \param probe  with half as many directions, offPlanesInRings, setting up a million voxels took 0.84 of the
 /// time, and the errors of diffusion alone, 1 to 20 % over 31 volumes and lights, changed by 0.1 % in the
 /// middle and 0.6 % at most
