@@ -10,8 +10,8 @@ namespace vdb_diffuse {
 /// the resistance grows, no depth is too great for it: under a sky, a ball of steps of opaque voxels was 12 %
 /// too bright.
 ///
-///     |   sun     So what scatters in a voxel among opaque ones, beside one at their surface, is taken for
-///     |  /        scattering there, as far as all of them are opaque (BeamFaces::kThin to kThick).
+///     |   sun     So most of what scatters in a voxel among opaque ones, beside one at their surface, is
+///     |  /        taken for scattering there, as far as all of them are opaque.
 ///     +-/-----
 ///     |* corner
 ///
