@@ -57,7 +57,7 @@ KnownFaces knownFaces(const Equation& e, const Walls& walls, const FaceValues& h
 }  // namespace
 
 double FaceExchange::shareOf(const Medium& medium, const ChannelOptics& optics) {
-  constexpr double kNone = 2, kAll = 3;
+  constexpr double kNone = 2.25, kAll = 3;
   return std::clamp((meanDepth(medium, optics).by_density - kNone) / (kAll - kNone), 0.0, 1.0);
 }
 

@@ -109,8 +109,8 @@ TEST(FaceExchange, ThinMediaDoWithout) {
     medium.optics.sigma_s = Vec3d(sigma_s);
     return FaceExchange::shareOf(medium, channelOptics(medium, 0, Model::kDefault));
   };
-  EXPECT_EQ(share(3.9), 0);
-  EXPECT_NEAR(share(5), 0.5, 1e-6);
+  EXPECT_EQ(share(4.4), 0);
+  EXPECT_NEAR(share(5.25), 0.5, 1e-6);
   EXPECT_EQ(share(6.1), 1);
 }
 
