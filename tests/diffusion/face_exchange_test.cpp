@@ -17,7 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Exchanged {
   double entering = 0, net = 0;  ///< per area, of a mean radiance
   double depth = 0;              ///< of the sun's light that scatters below each: 3 |mu| J where it shines
-  double centre = 0;             ///< mean intensity in the voxel at the origin of the lattice's middle
+  double centre = 0;             ///< mean intensity in the middle, once solved again
 };
 
 Exchanged exchange(const Medium& medium, const Scene& scene, const Vec3d& sun, Coord centre) {
