@@ -23,8 +23,8 @@ class FaceExchange {
  public:
   /// \param optics  of the equation's medium
   /// \return how much of it is taken: 0 where voxels have up to 2.25 optical depths, in the mean weighted by
-  /// density, 1 from three on. RMS errors of diffusion alone without and with it, clouds of 9: 14.2, 5.7;
-  /// 13.0, 7.0; 10.4, 7.6; 5.5, 5.4 %; of 3: 17.6, 9.3 %; of 1.5: 7.2, 5.2; 8.6, 8.4 %; of 2: 8.1, 9.6 %.
+  /// density, 1 from three on. RMS errors of diffusion alone without and with it, clouds of 9: 14.2, 5.6;
+  /// 13.0, 6.9; 10.4, 7.6; 5.5, 5.7 %; of 3: 17.6, 9.3 %; of 1.5: 7.2, 5.2; 8.6, 8.4 %; of 2: 8.1, 9.6 %.
   static double shareOf(const Medium& medium, const ChannelOptics& optics);
 
   /// All must outlive the object. \param share  above 0

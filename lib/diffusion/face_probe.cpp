@@ -66,7 +66,7 @@ VDB_DIFFUSE_INLINE void forEachStep(const RayLattice& lattice, const BlockView& 
   }
 }
 
-/// Takes row u's bits out of a layer's.
+/// The bits of row u of a layer.
 VDB_DIFFUSE_INLINE RowMask rowOfLayer(uint64_t open, int u) {
   return rowMask(static_cast<uint8_t>(open >> 8 * u));
 }
@@ -82,7 +82,7 @@ VDB_DIFFUSE_INLINE Row glow(Row tau) {
 VDB_DIFFUSE_INLINE void addLight(uint64_t open, const Row* tau, float share, float* light, int stride) {
   while (open) {
     const int u = __builtin_ctzll(open) / 8;
-    const RowMask lanes = rowMask(static_cast<uint8_t>(open >> 8 * u));
+    const RowMask lanes = rowOfLayer(open, u);
     open &= ~(uint64_t(0xff) << 8 * u);
     float* row = light + u * stride;
     storeRow(row, loadRow(row) + (lanes ? glow(tau[u]) * share : Row{}));
@@ -197,32 +197,43 @@ FaceLight FaceProbe::glow(const ChannelOptics& optics, int channel) const {
   return light;
 }
 
-FaceLight FaceProbe::pass(const ChannelOptics& optics, const Obstacles* obstacles) const {
-  const Topology& topology = medium_.topology();
-  FaceLight light{Field<float>(topology), Field<float>(topology)};
+/// Takes all rays through all blocks. visit(block, octant, goOn) for each block on an octant's way calls
+/// goOn(step), which calls step(lattice, view, turned, part, rays) for each direction.
+template <typename Visit>
+void FaceProbe::walk(const ChannelOptics& optics, const Obstacles* obstacles, const Visit& visit) const {
   for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
     const std::vector<RayLattice>& lattices = wavefront_.lattices(octant);
     double taken = 0;
     passObstructed(wavefront_, octant, obstacles, taken, [&](size_t b, const auto& passDirection) {
-      alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels], entering[kBlockVoxels] = {},
-                                                                     leaving[kBlockVoxels] = {};
+      alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels];
       depthsOf(optics, medium_, b, tau);
       turnBlock(tau, turned_tau);
       uint64_t open[6][3][kBlockWidth];
       layersOf(openFaces(b), open);
-      for (size_t d = 0; d < lattices.size(); ++d) {
-        const bool turned = lattices[d].w == 2;
-        BlockView block{turned ? turned_tau : tau, {}, 0, 0};
-        block.layFor(lattices[d].w, open);
-        passDirection(d, [&](Stretch part, float* rays) {
-          passDepths(lattices[d], block, topology.origin(b), part, rays,
-                     turned ? entering : light.entering.block(b), turned ? leaving : light.leaving.block(b));
-        });
-      }
-      addTurnedBack(entering, light.entering.block(b));
-      addTurnedBack(leaving, light.leaving.block(b));
+      visit(b, octant, [&](const auto& step) {
+        for (size_t d = 0; d < lattices.size(); ++d) {
+          const bool turned = lattices[d].w == 2;
+          BlockView block{turned ? turned_tau : tau, {}, 0, 0};
+          block.layFor(lattices[d].w, open);
+          passDirection(d, [&](Stretch part, float* rays) { step(lattices[d], block, turned, part, rays); });
+        }
+      });
     });
   }
+}
+
+FaceLight FaceProbe::pass(const ChannelOptics& optics, const Obstacles* obstacles) const {
+  const Topology& topology = medium_.topology();
+  FaceLight light{Field<float>(topology), Field<float>(topology)};
+  walk(optics, obstacles, [&](size_t b, int, const auto& goOn) {
+    alignas(64) float entering[kBlockVoxels] = {}, leaving[kBlockVoxels] = {};
+    goOn([&](const RayLattice& lattice, const BlockView& block, bool turned, Stretch part, float* rays) {
+      passDepths(lattice, block, topology.origin(b), part, rays, turned ? entering : light.entering.block(b),
+                 turned ? leaving : light.leaving.block(b));
+    });
+    addTurnedBack(entering, light.entering.block(b));
+    addTurnedBack(leaving, light.leaving.block(b));
+  });
   return light;
 }
 
@@ -233,39 +244,24 @@ Field<float> FaceProbe::entering(const ChannelOptics& optics, const Field<float>
   Field<float> light(topology);
   std::optional<Obstacles> obstacles;
   if (surfaces) obstacles = surfaces->obstacles();
-  for (int octant = 0; octant < Wavefront::kOctants; ++octant) {
-    const std::vector<RayLattice>& lattices = wavefront_.lattices(octant);
-    double taken = 0;
-    const auto passBlock = [&](size_t b, const auto& passDirection) {
-      alignas(64) float tau[kBlockVoxels], turned_tau[kBlockVoxels], turned_S[kBlockVoxels],
-          out[3][kBlockVoxels], turned_out[3][kBlockVoxels], entering[kBlockVoxels] = {};
-      depthsOf(optics, medium_, b, tau);
-      turnBlock(tau, turned_tau);
-      turnBlock(S.block(b), turned_S);
-      for (int a = 0; a < 3 && !faces[b].empty(); ++a) std::fill_n(out[a], kBlockVoxels, 0.0f);
-      for (size_t k = 0; k < faces[b].size(); ++k) {
-        const int axis = faces[b][k].face / 2;
-        if (faces[b][k].face % 2 == (lattices.front().s[axis] > 0 ? 1 : 0))
-          out[axis][faces[b][k].voxel] = leaving[b][k];
-      }
-      for (int a = 0; a < 3 && !faces[b].empty(); ++a) turnBlock(out[a], turned_out[a]);
-      uint64_t open[6][3][kBlockWidth];
-      layersOf(openFaces(b), open);
-      for (size_t d = 0; d < lattices.size(); ++d) {
-        const bool turned = lattices[d].w == 2;
-        BlockView block{turned ? turned_tau : tau, {}, 0, 0};
-        block.layFor(lattices[d].w, open);
-        const auto* from = turned ? turned_out : out;
-        const BlockSources sources{turned ? turned_S : S.block(b), {from[0], from[1], from[2]}};
-        passDirection(d, [&](Stretch part, float* rays) {
-          passLight(lattices[d], block, sources, topology.origin(b), part, rays,
-                    turned ? entering : light.block(b));
-        });
-      }
-      addTurnedBack(entering, light.block(b));
-    };
-    passObstructed(wavefront_, octant, obstacles ? &*obstacles : nullptr, taken, passBlock);
-  }
+  walk(optics, obstacles ? &*obstacles : nullptr, [&](size_t b, int octant, const auto& goOn) {
+    alignas(64) float turned_S[kBlockVoxels], out[3][kBlockVoxels], turned_out[3][kBlockVoxels],
+        entering[kBlockVoxels] = {};
+    turnBlock(S.block(b), turned_S);
+    for (int a = 0; a < 3 && !faces[b].empty(); ++a) std::fill_n(out[a], kBlockVoxels, 0.0f);
+    const Vec3d& s = wavefront_.lattices(octant).front().s;
+    for (size_t k = 0; k < faces[b].size(); ++k) {
+      const int axis = faces[b][k].face / 2;
+      if (faces[b][k].face % 2 == (s[axis] > 0 ? 1 : 0)) out[axis][faces[b][k].voxel] = leaving[b][k];
+    }
+    for (int a = 0; a < 3 && !faces[b].empty(); ++a) turnBlock(out[a], turned_out[a]);
+    goOn([&](const RayLattice& lattice, const BlockView& block, bool turned, Stretch part, float* rays) {
+      const auto* from = turned ? turned_out : out;
+      const BlockSources sources{turned ? turned_S : S.block(b), {from[0], from[1], from[2]}};
+      passLight(lattice, block, sources, topology.origin(b), part, rays, turned ? entering : light.block(b));
+    });
+    addTurnedBack(entering, light.block(b));
+  });
   return light;
 }
 

@@ -48,6 +48,8 @@ class FaceProbe {
   const Wavefront wavefront_;
   const SurfaceCuts cuts_;
 
+  template <typename Visit>
+  void walk(const ChannelOptics& optics, const Obstacles* obstacles, const Visit& visit) const;
   FaceLight pass(const ChannelOptics& optics, const Obstacles* obstacles) const;
 };
 

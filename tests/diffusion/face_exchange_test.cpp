@@ -103,6 +103,40 @@ TEST(FaceExchange, OpaqueStepsHoldTheLightOfEveryFace) {
     }
 }
 
+// What comes in at one face of a voxel by itself goes out evenly by all, and through the middle flows half of
+// what it brings.
+TEST(FaceExchange, LightThatComesInFlowsThrough) {
+  Medium medium = boxMedium(Coord(1, 1, 1), Transform::uniform(1), [](Coord) { return 1.0; });
+  medium.optics.sigma_s = Vec3d(3);
+  const Topology& topology = medium.topology();
+  EquationSettings settings;
+  settings.cap = kInfinity;
+  const Equation equation =
+      formEquation(medium, channelOptics(medium, 0, Model::kDefault), 0, Model::kDefault, settings);
+  ASSERT_EQ(equation.open[0].size(), 6u);
+  const double g = equation.open[0][0].g;
+  for (int in = 0; in < 6; ++in) {
+    FaceValues incoming{std::vector<float>(6, 0.0f)};
+    incoming[0][in] = 2;
+    const Field<float> dark(topology);
+    BeamSource beams{&dark};
+    RightHandSide rhs = formRightHandSide(equation, medium, beams);
+    addIncoming(equation, incoming, rhs);
+    EXPECT_NEAR(rhs.drive_out, -2 * g, 1e-6);
+    Multigrid multigrid(equation.A);
+    Field<double> x(topology);
+    EXPECT_TRUE(solve(multigrid, rhs.b, x, {1e-6, 0, 400, {}}).converged);
+    EXPECT_NEAR(x.at(topology, Coord(0)), 2.0 / 6, 1e-5);
+    beams.incoming = &incoming;
+    VectorField flux;
+    for (Field<float>& component : flux) component = Field<float>(topology);
+    diffusiveFlux(equation, medium, x, beams, &flux);
+    const int face = equation.open[0][in].face;
+    for (int a = 0; a < 3; ++a)
+      EXPECT_NEAR(flux[a].at(topology, Coord(0)), a == face / 2 ? (face % 2 ? -g : g) : 0, 1e-5) << face;
+  }
+}
+
 TEST(FaceExchange, ThinMediaDoWithout) {
   Medium medium = boxMedium(Coord(4, 4, 4), Transform::uniform(0.5), [](Coord) { return 1.0; });
   const auto share = [&](double sigma_s) {
