@@ -48,7 +48,7 @@ double opacity(double tau) {
 /// Of the corners' light. What has crossed one is a little deeper below the surface, and a part of it does
 /// stay: of balls of 3, 5, 7, 10, 20 optical depths a voxel under an oblique sun diffusion is 4.7, 3.1, 6.3,
 /// 8.0, 9.2 % off with 0.65, 4.3, 4.6, 7.1, 8.2, 8.9 % with 0.75; with all of it 8.5, 10.6, 10.9 % of 5, 7,
-/// 10, too dark, and with none 16 % of 10, too bright. Under a sky a ball of 10 is 5.5, 4.2, 1.2, 13.8 % off.
+/// 10, and with none 16 % of 10. Under a sky a ball of 10 is 5.5, 4.2, 1.2, 13.8 % off.
 constexpr float kGathered = 0.7f;
 
 }  // namespace
